@@ -97,8 +97,8 @@ class SolvedScene:
 class FlightErrors(NamedTuple):
     """Errors at the touch.
 
-    late_s, apart, of_speed : of its time, s, and of the pole's velocity, (2,) m/s, the last over the
-    speed of approach, by the mesh's shape and masses. omitted : by what the flight omits.
+    late_s, apart : of its time, s, and of the pole's velocity, (2,) m/s, by the mesh's shape and
+    masses. of_speed : the latter over the speed of approach. omitted : by what the flight omits.
     """
 
     late_s: float

@@ -1,4 +1,4 @@
-"""The numbers that the paper prints. They stand beside ours and enter no computation."""
+"""The numbers printed in the paper: shown beside ours, never used in a computation."""
 
 import csv
 from dataclasses import dataclass
@@ -32,7 +32,7 @@ def read_claims() -> dict[str, Claim]:
 
 
 def find(where: str, scene: str, quantity: str) -> Claim | None:
-    """The claim of that place, scene and quantity."""
+    """The claim for a place, scene and quantity; None if the paper has none."""
     wanted = (where, scene, quantity)
     claims = read_claims().values()
     return next((c for c in claims if (c.where, c.scene, c.quantity) == wanted), None)

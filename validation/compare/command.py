@@ -1,4 +1,4 @@
-"""``fingertap compare``: what a setting changes, by one model on one scene with and without it."""
+"""``fingertap compare``: the effect of changed settings on one scene, computed by one model."""
 
 import math
 from collections.abc import Iterator
@@ -23,10 +23,10 @@ SHOWN = (*COMPARED, *quantities("energy_residual", "elements", "steps", WALL_TIM
 
 
 def difference_table(scene: RunRecord, changed: RunRecord) -> pandas.DataFrame:
-    """Both runs' scalars and the change in percent (`error_percent`) of the scene's own.
+    """Both runs' scalars, and the change in percent of the unchanged scene's value.
 
     Columns: quantity, scene, changed, difference_percent (empty where it has no meaning), and
-    error_percent, the sum of what both runs state as their errors.
+    error_percent, the sum of both runs' stated errors (no column where none are stated).
     """
     rows = []
     for entry in SHOWN:
@@ -46,7 +46,7 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> pandas.DataFrame:
 def difference_lines(
     scene: RunRecord, changed: RunRecord, table: pandas.DataFrame
 ) -> Iterator[str]:
-    """The table's rows for people, with as many digits as the errors leave."""
+    """The table's rows as text, with as many digits as the errors justify."""
     yield f"  {'':<{WIDTH}}{'as it is':<26}{'changed':<26}change"
     for row in table.to_dict("records"):
         entry, percent = quantity(row["quantity"]), row["difference_percent"]

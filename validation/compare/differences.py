@@ -13,7 +13,7 @@ class Difference:
     """One number of a model on a scene, beside the reference's.
 
     reduced, reference : values in the quantity's unit; None where a run is missing.
-    reduced_error, reference_error : what the runs state as their own errors.
+    reduced_error, reference_error : absolute errors that the runs state.
     tolerance : percent; None where none was asked for.
     """
 
@@ -28,12 +28,12 @@ class Difference:
 
     @property
     def error_percent(self) -> float | None:
-        """Of the reference, negative where the model's number is smaller in magnitude."""
+        """Difference in percent of the reference; negative: the model's is smaller in magnitude."""
         return error_percent(self.reduced, self.reference)
 
     @property
     def verdict(self) -> Verdict | None:
-        """What the difference says."""
+        """The difference judged by both errors and the tolerance; None if a number is missing."""
         errors = self.reduced_error, self.reference_error
         return judge(self.reduced, self.reference, *errors, self.tolerance)
 

@@ -13,9 +13,9 @@ from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.record import RunRecord
 
 Draw = Callable[[Any, str], None]
-# names of files may have dollars in them
+# File names may contain dollar signs.
 AS_WRITTEN = {"text.parse_math": False}
-LOOKS = {  # by label, of each line in the overlay
+LOOKS = {  # colour, style and width of each line in the overlay, by label
     "hcm": (BLACK, "-", 1.8),
     "hcm-refined": (BLACK, "--", 1.4),
     "fem3d contact": (ORANGE, "-", 1.6),
@@ -35,7 +35,7 @@ def usable(run: RunRecord) -> bool:
 
 
 def _limit(axis: Any, runs: Sequence[RunRecord]) -> tuple[float, float]:
-    """Draw a little more than the longest first tap; returns these times t - t_c, s."""
+    """Limit the axis to a little more than the longest first tap; returns its ends t - t_c, s."""
     longest = max((run.value("contact_duration_s") or 0.0 for run in runs), default=0.0) or 1e-3
     start, end = -0.04 * longest, 1.12 * longest
     axis.set_xlim(1e3 * start, 1e3 * end)
@@ -43,7 +43,7 @@ def _limit(axis: Any, runs: Sequence[RunRecord]) -> tuple[float, float]:
 
 
 def _plot_run(axis: Any, run: RunRecord, label: str, look: tuple[str, str, float]) -> None:
-    """Both forces of every step over t - t_c."""
+    """Plot both forces at every step over t - t_c."""
     color, line, width = look
     time = 1e3 * (run.contact_forces["time_s"] - (run.value("contact_time_s") or 0.0))
     for force, title in zip(FORCES, (label, None), strict=True):
@@ -51,7 +51,7 @@ def _plot_run(axis: Any, run: RunRecord, label: str, look: tuple[str, str, float
 
 
 def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = None) -> None:
-    """One panel per scene, side by side, another `below` each if there is one."""
+    """Draw one panel per scene, side by side, and a second one under each if `below` is given."""
     shape: dict[str, Any] = {"figsize": (4.1 * len(scenes), 3.3)}
     if below is not None:
         shape = {"figsize": (4.1 * len(scenes), 4.4), "height_ratios": (3, 1), "sharex": "col"}
@@ -85,11 +85,11 @@ def assumption_bars(
     split: int,
     starts: Any = 0.0,
 ) -> list[int]:
-    """Horizontal bars, the first name's on top; returns their places.
+    """Draw horizontal bars, the first name's on top; returns their positions.
 
     axes, titles : one for each quantity.
-    values, starts : (name, quantity), how long a bar is and where it begins; nan: none.
-    split : from this name on bars are grey, and set apart.
+    values, starts : (names, quantities), lengths of the bars and where they begin; NaN: no bar.
+    split : index of the first name whose bars are grey and set apart.
     """
     places = [-n - (n >= split) for n in range(len(names))]
     colors = [BLUE if n < split else GREY for n in range(len(names))]
@@ -108,11 +108,11 @@ def difference_figure(
     stairs: Sequence[Sequence[Difference]],
     labels: Mapping[str, str],
 ) -> None:
-    """E of each model on a scene, with u as its bar; between the first two, what the steps add.
+    """Draw E of each model on a scene, with error bars u; between the first two, what steps add.
 
-    models : the quantities of one model after another.
-    stairs : for each step those quantities after it, the first those that it starts from.
-    labels : by the model's name what it is called; by "" what it is compared with.
+    models : all quantities of the first model, then of the next one, and so on.
+    stairs : the same quantities after each step; the first entry is before any step.
+    labels : titles by the model's name; under "" the title of the reference.
     """
     titles = list(dict.fromkeys(row.quantity.title for row in models))
     count = len(titles)
@@ -150,7 +150,7 @@ def _percent(one: Difference) -> float:
 
 
 def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:
-    """Fig. 7: the reduced model with different numbers of elements, a line each under its label."""
+    """Fig. 7: the reduced model with different numbers of elements, a labelled line for each."""
     looks = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
 
     def draw(axis: Any, scene: str) -> None:
@@ -172,8 +172,8 @@ def overlay_figure(
     """Fig. 9: the reduced model against the reference.
 
     spread_over : runs whose smallest and largest force at each time make the shaded band.
-    compared : by scene, references and runs whose difference from them is drawn below: of F_n, in
-        percent of the reference's peak.
+    compared : by scene, pairs of a reference and a run, whose difference in F_n is drawn below the
+        forces, in percent of the reference's peak.
     """
 
     def residuals(axis: Any, scene: str) -> None:

@@ -12,7 +12,7 @@ FORCES = {"normal_force_N": "Fn", "tangential_force_N": "Ft"}  # names and title
 
 
 def contact_curve(record: RunRecord, name: str, time: NDArray[Any]) -> NDArray[Any]:
-    """A force at the times t - t_c: linear between two steps, zero before the first and after all.
+    """A force at times t - t_c: linear between steps, zero before the first and after the last.
 
     time : (n,), s after first contact.
     """
@@ -36,7 +36,7 @@ def first_tap(
 ) -> tuple[NDArray[Any], list[NDArray[Any]]] | None:
     """A force of all runs from first contact to the latest separation, over t - t_c (s).
 
-    None where a run has no contact, one that is not over, or one that lasts no time.
+    None where a run has no contact or one that is not over, or where no contact lasts any time.
 
     samples : equally spaced times; None takes every step of every run.
     """

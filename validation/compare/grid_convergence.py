@@ -1,27 +1,27 @@
-"""Where a sequence of refinements goes to, and how far the finest member may be from there."""
+"""The limit of a sequence of refinements, and how far its finest member may be from it."""
 
 import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-LEAST_ORDER = 0.5  # a smaller one makes the extrapolation longer than the sequence
-ABOVE_FORMAL = 1.0  # an order further above the formal one is two values that are near by chance
-HIGHEST_ORDER = 20.0  # nobody has more; where a search for it ends
+LEAST_ORDER = 0.5  # with a smaller one the extrapolation reaches further than the sequence
+ABOVE_FORMAL = 1.0  # an order further above the formal one comes from values close by chance
+HIGHEST_ORDER = 20.0  # upper end of the search; no scheme has a higher order
 SAFETY = 1.25  # Roache's factor for three or more grids
 
 
 @dataclass(frozen=True)
 class Convergence:
-    """What a ladder says of one quantity.
+    """The result of a refinement ladder for one quantity.
 
-    asymptotic : whether an order is observed: of the last three values, or of a curve fitted to all
-        of them
+    asymptotic : whether an order is observed, either in the last three values or by a curve fitted
+        to all of them.
     order : observed order, None where the last three values are not monotone.
     limit : extrapolated value; the finest one where not asymptotic.
-    uncertainty : of the finest value, relative: the grid convergence index; the fit's (`_fitted`);
-        where not asymptotic, the spread.
-    finest, spread : finest value, and largest minus smallest of all over its size.
+    uncertainty : relative, of the finest value: the grid convergence index, or that of the fit
+        (`_fitted`), or, where not asymptotic, the spread.
+    finest, spread : value of the finest level; largest minus smallest value over its magnitude.
     fitted : whether order, limit and uncertainty are those of the fit.
     """
 
@@ -35,7 +35,7 @@ class Convergence:
 
     @property
     def verdict(self) -> str:
-        """In words."""
+        """The result in words."""
         if self.fitted:
             share = 100 * self.uncertainty
             return f"order {self.order:.2f} by least squares, uncertainty {share:.2f} %"
@@ -78,23 +78,23 @@ def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | N
 def convergence(
     sizes: Sequence[float], values: Sequence[float], formal_order: float
 ) -> Convergence:
-    """Judge a ladder by its last levels.
+    """Judge a ladder of refinements by its last levels.
 
         φ_ext = φ_1 + (φ_1 - φ_2)/(r^p - 1)
         GCI   = 1.25 |φ_1 - φ_2| / (|φ_1| (r^p - 1))             (Roache 1994; Celik et al., eq. 7)
 
-    An observed order above the formal one is cut to it, which lengthens both. The ladder is
+    An observed order above the formal one is replaced by it, which enlarges both. The ladder is
     asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and at
     most ABOVE_FORMAL above the formal one and, where there is a fourth, the three before the finest
-    predict the same limit to within their own index (they are monotone with such an order too).
-    Four levels or more that are not so, most often because a little noise lies on their trend, are
-    fitted by least squares. If there is none, what the finest is off by is at most the spread of
-    three levels of equal scatter in 87 of 100 cases, of four in 95, of five in 98.
+    have such an order too and predict the same limit to within the sum of both indices.
+    Four or more levels that are not asymptotic, most often because of a little noise on their
+    trend, are fitted by least squares. Without a trend, and with equal scatter of all levels, the
+    finest is off by at most the spread in 87 of 100 cases (three levels), 95 (four) or 98 (five).
 
-    sizes : refined quantity (element size, step, 1/penalty), coarse to fine; three at least.
+    sizes : refined quantity (element size, step, 1/penalty), coarse to fine; at least three.
     formal_order : the method's order in it
 
-    Raises ValueError: with fewer than three levels or sizes that do not fall.
+    Raises ValueError: fewer than three levels, or sizes that do not decrease.
     """
     if len(sizes) < 3 or len(sizes) != len(values):
         raise ValueError(f"{len(sizes)} sizes, {len(values)} values: three levels are needed")
@@ -143,7 +143,7 @@ def _fitted(
 
         σ² = Σ (φ_i - φ_0 - α h_i^p)² / (n - 3),   U = 1.25 |α| h_1^p + σ + |φ_1 - φ_0 - α h_1^p|
 
-    with p between LEAST_ORDER and the formal order. The fit stands where σ is smaller than the mean
+    with p between LEAST_ORDER and the formal order. It is accepted if σ is smaller than the mean
     change from level to level, (max φ - min φ)/(n - 1) (Eça, Hoekstra, "A procedure for the
     estimation of the numerical uncertainty of CFD calculations based on grid refinement studies",
     J. Comput. Phys. 262 (2014) 104-130, eqs. 12 to 17).

@@ -3,7 +3,7 @@
 Two curves t (reference) and c (computed) of N equally spaced samples, T = max |t|:
 
     corridor   Z   mean of ((δ_o - |t - c|)/(δ_o - δ_i))², cut to 0..1, δ_i = 0.05 T, δ_o = 0.5 T
-    phase      E_P = (0.2 N - n)/(0.2 N), n the shift of c (at most 0.2 N samples) of the highest
+    phase      E_P = (0.2 N - n)/(0.2 N), n the shift of c (at most 0.2 N samples) with the highest
                      correlation coefficient; both curves are cut to where they then overlap
     magnitude  E_M = (0.5 - ε)/0.5, ε = Σ|c_w - t_w|/Σ|t_w|, the shifted curves warped onto each
                      other (dynamic time warping within 10 % of their length, squared differences)
@@ -32,7 +32,7 @@ LARGEST_SLOPE = 2.0
 WARP = 0.1
 WEIGHTS = (0.4, 0.2, 0.2, 0.2)
 GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
-SAMPLES = 501  # of a contact window: R changes by less than 0.001 beyond; warping costs N^2
+SAMPLES = 501  # per contact window; more change R by less than 0.001, and warping costs N^2
 
 Floats = NDArray[Any]
 
@@ -47,12 +47,12 @@ class Rating(NamedTuple):
 
     @property
     def overall(self) -> float:
-        """R."""
+        """The rating R."""
         return float(np.dot(WEIGHTS, self))
 
     @property
     def grade(self) -> str:
-        """R in the standard's words."""
+        """The standard's word for R."""
         return next((word for limit, word in GRADES if self.overall > limit), "poor")
 
 
@@ -84,7 +84,7 @@ def iso18571(computed: Floats, reference: Floats) -> Rating:
 def rate_forces(
     computed: RunRecord, reference: RunRecord, name: str = "normal_force_N"
 ) -> Rating | None:
-    """Rate a contact force over the first tap, aligned at t - t_c, to the later separation.
+    """Rate a contact force from first contact (t = t_c in both runs) to the later separation.
 
     None where a run has no finished contact or a curve is constant (no friction).
     """
@@ -102,7 +102,7 @@ def _corridor(c: Floats, t: Floats) -> float:
 
 
 def _shifted(c: Floats, t: Floats) -> tuple[int, Floats, Floats]:
-    """Shift of the highest correlation, the smallest and the left one first, and both curves."""
+    """Shift with the highest correlation (if equal, the smallest, then left); both curves."""
     best, shift = np.corrcoef(t, c)[0, 1], 0
     result = (c, t)
     for n in range(1, int(LARGEST_SHIFT * c.size) + 1):

@@ -36,12 +36,12 @@ def sprague_geers(
 
     time, computed, reference : (n,), time increasing.
 
-    Raises ValueError: one of the curves is zero throughout: its magnitude and phase mean nothing.
+    Raises ValueError: one of the curves is zero throughout, so that M and P are undefined.
     """
     sizes = [float(np.abs(curve).max()) for curve in (computed, reference)]
     if min(sizes) <= 0.0:
         raise ValueError("Sprague-Geers: a curve is zero throughout the window")
-    # of order one, so that no product underflows
+    # scaled to order one, so that no product underflows
     share = (time - time[0]) / (time[-1] - time[0])
     own, its = computed / sizes[0], reference / sizes[1]
     cc, mm, mc = (float(np.trapezoid(p, share)) for p in (own * own, its * its, own * its))
@@ -55,8 +55,8 @@ def compare_forces(
 ) -> SpragueGeers | None:
     """Metrics of a contact force over the first tap, both curves aligned at t - t_c.
 
-    The window reaches from first contact to the later of the two separations, and the integrals
-    are sums over every step of both. None where a run has no finished contact or a curve is zero
+    The window reaches from first contact to the later of the two separations; the integrals use
+    every step of both runs. None where a run has no finished contact or a curve is zero
     throughout (no friction).
     """
     found = first_tap((computed, reference), name)

@@ -1,14 +1,14 @@
-"""Errors of one tap against a truth: what the benchmark draws over time."""
+"""Errors of one tap against a truth, which the benchmark draws over run time."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
 class TapQuantities:
-    """What errors are taken of.
+    """The quantities of a tap whose errors are taken.
 
-    contact_time_s : since the start of the motion. turn_s : compression to restitution, and
-    duration_s : separation, both since first contact. Peak and impulse are those of F_n.
+    contact_time_s : since the start of the motion. turn_s, duration_s : end of compression, and
+    separation, both since first contact. Peak and impulse are those of F_n.
     """
 
     contact_time_s: float

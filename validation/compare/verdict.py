@@ -1,4 +1,4 @@
-"""What a difference between two results says, given what both know of their own errors.
+"""What a difference between two results means, given their stated errors.
 
 ASME V&V 20 (2009): the comparison error E = S - D against the uncertainty u of the comparison,
 u^2 = u_S^2 + u_D^2. |E| > u: E is an error of the model, of that size and sign. |E| <= u: the
@@ -11,7 +11,7 @@ from typing import Literal
 
 Judgement = Literal["resolved", "within uncertainty", "cannot tell"]
 Check = Literal["inside", "outside", "cannot tell"]
-# Of a ratio's decimal logarithm: models differ by less than a factor of two.
+# Tolerance on the decimal logarithm of a ratio: models differ by less than a factor of two.
 DECADE_TOLERANCE = 0.3
 
 
@@ -21,7 +21,7 @@ class Verdict:
 
     difference : E = S - D over D, percent: negative where S is smaller in magnitude.
     uncertainty : u over |D|, percent; None where a result states no error.
-    tolerance : largest difference asked for, percent; None: none was.
+    tolerance : largest allowed difference, percent; None: none was asked for.
     """
 
     difference: float
@@ -30,7 +30,7 @@ class Verdict:
 
     @property
     def judgement(self) -> Judgement:
-        """In words; *cannot tell* also where u is larger than the tolerance."""
+        """The judgement; *cannot tell* if u is unknown or larger than the tolerance."""
         u = self.uncertainty
         if u is None or (self.tolerance is not None and u > self.tolerance):
             return "cannot tell"
@@ -46,7 +46,7 @@ class Verdict:
         return "inside" if abs(self.difference) <= self.tolerance else "outside"
 
 
-# Of a number, what a percentage of says nothing: an arrival by a clock that starts at the touch.
+# Below this ratio of target to value a percentage means nothing (an arrival timed from the touch).
 LEAST_TARGET = 1e-9
 
 
@@ -85,7 +85,7 @@ def judge(
 
 
 def thousands_apart(value: float, target: float) -> int:
-    """The power of 1000 by which a number seems to be in another unit; 0 for none."""
+    """The power of 1000 by which a number seems to be in another unit; 0 if it does not."""
     if value == 0.0 or target == 0.0:
         return 0
     decades = math.log10(abs(value / target))

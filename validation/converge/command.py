@@ -1,6 +1,6 @@
 """``fingertap converge``: mesh, penalty and step, each refined alone, from one impact state.
 
-At the end the preset `converged` is set against the limit that its mesh goes to.
+At the end the preset `converged` is compared with the limit of the tip's refinement.
 """
 
 import itertools
@@ -43,7 +43,7 @@ from validation.models.solid_mesh import size_scale
 def run_levels(
     runs: LevelRuns, wanted: Sequence[Refinement], progress: Progress
 ) -> tuple[list[RefinedRuns], list[str]]:
-    """Values of every level; a level that fails is left out and named."""
+    """Run every level; returns their values, and the names and errors of levels that failed."""
     results, failures = [], []
     done, total = itertools.count(), sum(len(refinement.levels) for refinement in wanted)
     for refinement in wanted:
@@ -60,7 +60,7 @@ def run_levels(
 
 
 def draw(path: Path, results: Sequence[RefinedRuns], title: str) -> None:
-    """Deviation from the finest level, one panel per refinement."""
+    """Draw the deviation from the finest level, one panel per refinement."""
     with panels(path, len(results), width=2.9, height=3.1) as axes:
         for axis, found in zip(axes[0], results, strict=True):
             for entry, color, mark in zip(OF_A_TAP, (ORANGE, BLUE, GREEN), "os^", strict=True):
@@ -121,7 +121,7 @@ def run_converge(
                     failures.append(f"preset converged: {error}")
         title = f"{runs.scene.name} finger, {model}"
         verdicts = judged(results)
-        (folder / STUDIED).unlink(missing_ok=True)  # of other tables
+        (folder / STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
         write_table(folder, "levels", table_of(level_rows(results)), f"Runs of {title}")
         of_preset = [] if preset is None else preset_rows(preset, verdicts)
         rows = [*verdict_rows(verdicts), *of_preset]
@@ -151,5 +151,5 @@ def run_converge(
 
 
 def _with_error(entry: Quantity, value: float, error: float) -> str:
-    """In the shown unit, with the digits that its error leaves."""
+    """A value in its shown unit, with the digits that its error justifies."""
     return f"{with_error(entry.factor * value, entry.factor * error)} {entry.unit}"

@@ -1,4 +1,4 @@
-"""The runs of a convergence study, each kept as soon as it is there."""
+"""The runs of a convergence study, each stored as soon as it is finished."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ Values = dict[str, float | None]
 
 
 class LevelRuns:
-    """Runs of one scene on one model, all from the same impact state.
+    """Runs of one scene with one model, all from the same impact state.
 
     source, overrides : as `load_scene` takes them
     model : fem3d or fem2d
@@ -52,7 +52,7 @@ class LevelRuns:
         ).patch_radius
 
     def run(self, level: Overrides) -> Values:
-        """Scalars of one level, from an earlier study with the same inputs and program if any."""
+        """Scalars of one level, taken from an earlier run of the same inputs and program if any."""
         texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)

@@ -11,14 +11,14 @@ ROOT = math.sqrt(2.0)
 TIP_MESH, SHAFT_MESH, PENALTY = "mesh: tip", "mesh: shaft", "penalty"
 TIP_PRESSED = "mesh: tip, surface pressure"
 
-# At refinement 1: edges of the shaft, m for a finger of 15 mm; edges of the tip over the radius of
-# the patch of contact, and the growth from one to the next beyond EVEN of that radius.
+# At refinement 1: edges of the shaft, m, for a finger of 15 mm; edges of the tip over the radius of
+# the contact patch, and their growth from one to the next beyond EVEN times that radius.
 SECTION, AXIAL = 0.736e-3, 0.76e-3
 TIP, GROWTH, EVEN = 0.2, 1.15, 1.3
 
 Overrides = Mapping[str, float | str]
 PRESET_KEY = "solver.fem.preset"
-# A level's sizes stand alone: with a preset or an accuracy come halvings and damping too.
+# Only a level's own sizes apply: an accuracy would bring halvings and damping too.
 NO_ACCURACY: Overrides = {"solver.fem.accuracy": "none"}
 
 
@@ -27,9 +27,9 @@ class Refinement:
     """What is refined, in steps from coarse to fine.
 
     name : what is refined.
-    size_name : what a level's size is.
-    order : the method's formal order in it.
-    levels : by the refined quantity's size, the scene's keys for it.
+    size_name : what the size of a level measures.
+    order : the method's formal order in that size.
+    levels : the scene's keys for each level, by its size.
     """
 
     name: str
@@ -41,7 +41,7 @@ class Refinement:
 def mesh_sizes(
     scale: float, shaft: float, tip_size: float, growth: float, patch_size: float = 0.0
 ) -> dict[str, float | str]:
-    """Sizes of a shaft at that refinement (times the sizes above) and of a tip, m."""
+    """Scene keys of a mesh: the shaft's sizes (`shaft` times those above) and the tip's, m."""
     return {
         "solver.fem.section_size": scale * SECTION * shaft,
         "solver.fem.axial_size": scale * AXIAL * shaft,
@@ -52,24 +52,24 @@ def mesh_sizes(
 
 
 def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ...]:
-    """All refinements, with contact by impulses; those of tip and penalty by surface pressure too.
+    """All refinements: of the tip, the penalty, the shaft and the step.
 
-    The shaft's has a fine tip throughout: on a coarse one, which the section's own edges
-    cut in two, it would show the tip's error. The step's error does not depend on the mesh much.
-
-    An edge of the tip that is split in two halves its size and takes the root of the growth: with
-    both, and not the tip's size alone, the graded part converges too.
+    Contact is by impulses; the tip is also refined under surface pressure, the penalty only so. The
+    shaft is refined with a fine tip throughout: with a coarse one, which the section's own edges
+    cut in two, it would show the tip's error. The step's error hardly depends on the mesh.
+    If the tip's edges are split in two, their size is halved and their growth is its square root:
+    only with both, not with the size alone, does the graded part converge too.
 
     scale : the finger's diameter over 15 mm
-    patch : radius of the patch of contact as predicted, m
-    quick : coarser levels and fewer of them: minutes, and a wider error bar
+    patch : predicted radius of the contact patch, m
+    quick : coarser and fewer levels: takes minutes, with a wider error bar
     """
 
     def sizes(shaft: float, tip: float) -> dict[str, float | str]:
         return mesh_sizes(scale, shaft, tip * TIP * patch, GROWTH**tip, EVEN * patch)
 
     alone: Overrides = {PRESET_KEY: "contact", **NO_ACCURACY, "solver.fem.contact": "impulse"}
-    # Tips of those that don't refine it.
+    # Size of the tip where something else is refined.
     for_shaft, for_penalty, for_step = (2.0 * ROOT,) * 3 if quick else (ROOT, 2.0, 2.0)
     # On edges above 0.4 of the patch's radius the peak scatters by 2 % and shows no trend.
     tips = (4.0, 2.0 * ROOT, 2.0) if quick else (2.0, 2.0**0.75, ROOT, 2.0**0.25, 1.0)
@@ -106,7 +106,7 @@ def check_given(overrides: Sequence[str], wanted: Sequence[Refinement]) -> None:
     Raises UserError: every level sets that key itself.
     """
     always = set.intersection(*(set(keys) for one in wanted for keys in one.levels.values()))
-    if "solver.fem.accuracy" in always:  # which no level leaves to the models' common one
+    if "solver.fem.accuracy" in always:  # then the models' common accuracy has no effect either
         always |= {"solver.accuracy"}
     if taken := [key for one in overrides for key in sorted(always) if sets(one, key)]:
         raise UserError(f"--set {taken[0]}: a convergence study sets it itself; leave it out")

@@ -1,4 +1,4 @@
-"""What a convergence study says: orders, limits, uncertainties, and what the preset is off by."""
+"""Results of a convergence study: orders, limits, uncertainties, and the preset's error."""
 
 import json
 from collections.abc import Mapping, Sequence
@@ -16,8 +16,8 @@ from validation.models.inputs import scene_inputs
 from validation.scenes.scene import Scene
 
 PRESET = "preset"
-STUDIED = "scene.json"  # what the study's scene is, beside its tables
-Convergences = Mapping[tuple[str, Quantity], Convergence]  # by name of the refinement, and quantity
+STUDIED = "scene.json"  # the study's scene, stored beside its tables
+Convergences = Mapping[tuple[str, Quantity], Convergence]  # by the refinement's name and quantity
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class RefinedRuns:
 
     @property
     def sizes(self) -> list[float]:
-        """Of the levels, coarse to fine."""
+        """Sizes of the levels, coarse to fine."""
         return list(self.values)
 
     def numbers(self, entry: Quantity) -> list[float]:
@@ -77,10 +77,10 @@ def verdict_rows(verdicts: Convergences) -> list[dict[str, Any]]:
 
 
 def preset_rows(preset: Values, verdicts: Convergences) -> list[dict[str, Any]]:
-    """The preset `converged` against the limit of the tip's refinement.
+    """Compare the preset `converged` with the limit of the tip's refinement; a row per quantity.
 
-    Its uncertainty is what it is off by, and the uncertainties of all meshes and of the step: a
-    sum, not its root, for they need not be independent. The penalty is no part of the preset.
+    Its uncertainty is its distance from the limit plus the uncertainties of all meshes and of the
+    step: a plain sum, as they need not be independent. Its contact by impulses has no penalty.
     """
     rows = []
     for entry in OF_A_TAP:
@@ -109,7 +109,7 @@ def preset_rows(preset: Values, verdicts: Convergences) -> list[dict[str, Any]]:
 def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:
     """Relative uncertainties of the preset `converged` by key, from a study's ``convergence.csv``.
 
-    Empty where there is no such file, or it is no study's, or that of another scene.
+    Empty if there is no such file, or if it is not a study's, or is that of another scene.
     """
     path, studied = folder / "convergence.csv", folder / STUDIED
     if not (path.is_file() and studied.is_file()):

@@ -2,10 +2,10 @@
 
 The last phalanx's end (three radii long, its cut held) is pressed on a frictionless rigid plane in
 the direction in which the scene touches; small-strain linear elasticity, penalty contact integrated
-over the surface (`reference_fem.statics.indentation`). It is measured against the section through
-the hemisphere's centre, moved as a rigid body: what bends and shortens behind it is the beam's,
-which the reduced model has already. The choice matters: against a section one radius further
-behind, k is 14 % (soft finger) and 8 % (hard finger) smaller.
+over the surface (`reference_fem.statics.indentation`). Indentation is measured from the section
+through the hemisphere's centre, moved as a rigid body: bending and shortening behind it belong to
+the beam, which the reduced model already has. The choice matters: from a section one radius further
+back, k is 14 % (soft finger) and 8 % (hard finger) smaller.
 
     k = F^2/(2 U_c)  at F = the reduced model's own peak force with that k (a fixed point, so that
                      no result of the dynamic reference enters),
@@ -30,20 +30,20 @@ from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene
 
-# Edge at the contact over Hertz's contact radius, and its growth from one edge to the next: with
-# both, the whole graded mesh is refined, and not its middle alone.
+# Edge at the contact over Hertz's contact radius, and its growth to the next edge: changing both
+# refines the whole graded mesh, not only its middle.
 MESHES = ((0.33, 1.42), (0.26, 1.32), (0.2, 1.22))
-# The same, over R, for the compliance of the tip between the beam's end and the contact.
+# Edges over R, and growth, for the compliance of the tip between the beam's end and the contact.
 EDGES, YIELD_GROWTH = (0.1, 0.07, 0.05), 1.12
-LENGTH = 3.0  # of the modelled end, over its radius
-REACH = 2.0  # of the nodes that may touch, over the contact radius
-ROUNDS = 6  # of the fixed point, which contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
+LENGTH = 3.0  # length of the modelled end over its radius
+REACH = 2.0  # radius of the nodes that may touch, over the contact radius
+ROUNDS = 6  # fixed-point iterations; each contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
 
 
 @dataclass(frozen=True)
 class Level:
-    """One mesh: its edge at the contact and its elements; what pressing it gives."""
+    """One mesh: its edge at the contact, number of elements, and the results of pressing it."""
 
     edge_m: float
     elements: int
@@ -58,14 +58,14 @@ PRESSED = tuple(Level.__annotations__)[2:]  # by pressing the mesh: the rest is 
 
 @dataclass(frozen=True)
 class ContactIdentification:
-    """What the tip's statics say.
+    """Results of the tip's static indentation.
 
     force_N : F at which k and eta^2 are stated.
-    stiffness_N_per_m, eta_squared : of the finest mesh.
+    stiffness_N_per_m, eta_squared : values on the finest mesh.
     stiffness, ratio : their convergence over the levels; None with fewer than three.
-    hertz_N_per_m, mindlin : what Hertz and Mindlin say at the same force.
+    hertz_N_per_m, mindlin : k after Hertz and eta^2 after Mindlin, at the same force.
     paper_N_per_m, paper_eta_squared : the scene's own tip (the paper's printed k in its scenes).
-    touch_angle : off the axis, rad; negative towards the upper side.
+    touch_angle : from the axis, rad; negative towards the upper side.
     levels : coarse to fine.
     tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
         `EDGES`.
@@ -194,7 +194,7 @@ def stated_force(
 def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     """Peak normal force of the reduced model with another k, N.
 
-    Raises RunFailedError: it does not tap.
+    Raises RunFailedError: the reduced model does not tap.
     """
     import hcm
 
@@ -213,7 +213,7 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
 def _tip(
     scene: NamedScene, material: Any, angle: float, edge: float, growth: float, contact: float
 ) -> tuple[int, Any]:
-    """Elements (of the full body) of the last phalanx's end, and its compliance at the contact."""
+    """Number of elements (full body) of the last phalanx's end; its compliance at the contact."""
     from reference_fem.statics.tip import tip_compliance
 
     mesh = _end(scene, angle, edge, growth, 3.0)

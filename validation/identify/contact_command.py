@@ -21,12 +21,12 @@ COLUMNS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "t
 
 
 def uncertainty(judged: Convergence | None, value: float) -> float | None:
-    """Absolute, from a relative one."""
+    """Absolute uncertainty of a value; None if its convergence was not judged."""
     return None if judged is None else judged.uncertainty * abs(value)
 
 
 def rows(found: ContactIdentification) -> list[dict[str, Any]]:
-    """What is identified, beside theory and the scene's own values (the paper's printed k)."""
+    """The identified values beside theory and the scene's own (in built-in scenes the paper's)."""
     theory = float(np.interp(found.force_N, found.force_curve_N, found.hertz_curve_m))
     return [
         {
@@ -88,7 +88,7 @@ def to_json(found: ContactIdentification) -> dict[str, Any]:
 
 
 def draw(path: Path, found: ContactIdentification) -> None:
-    """Force over indentation: statics, Hertz, and the linear springs."""
+    """Draw force over indentation: statics, Hertz, and the linear springs."""
     force, top = found.force_curve_N, 1.15 * found.force_N
     with panels(path, 1, width=5.2, height=3.6) as ((axis,),):
         for curve, color, line, name in (

@@ -11,7 +11,7 @@ from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, print_bar_run, sec
 
 
 def run_bar(bar: Bar) -> tuple[float, float]:
-    """Steps in parts, of which the fastest counts; the first steps warm up."""
+    """Seconds per step (fastest part of the steps, after a warm-up) and `BarRun.end_m`."""
     akantu: Any = importlib.import_module("akantu")
     points, cells = bar.mesh()
     text = f"material elastic [\n name = bar\n rho = {DENSITY}\n E = {YOUNG}\n nu = 0.\n]\n"

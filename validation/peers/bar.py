@@ -1,11 +1,11 @@
-"""A free bar of cubes that vibrates along its axis: the work that the reference's peers share.
+"""A free bar of cubes that vibrates along its axis: the benchmark of the reference and its peers.
 
 With Poisson's ratio 0 a bar's axial motion is exactly one-dimensional. From the initial velocity
 v = V cos(pi x/L) it stays a standing wave,
 
     u(x, t) = V/omega cos(pi x/L) sin(omega t),   omega = pi c/L,   c = sqrt(E/rho).
 
-Strains stay below 1e-4, where small and large strain cannot be told apart.
+Strains stay below 1e-4, where small- and large-strain theory agree.
 """
 
 import json
@@ -24,10 +24,10 @@ SIZE_M = 1e-3  # edge of a cube
 YOUNG, DENSITY = 1e9, 1400.0  # E, Pa; rho, kg/m^3
 WAVE_SPEED = math.sqrt(YOUNG / DENSITY)  # c, m/s
 SPEED = 0.03  # V, m/s
-# That every code is asked to take: a share of an edge over c, below every code's limit.
+# The step that every code is asked to take: a share of an edge over c, below every code's limit.
 STEP_S = 0.4 * SIZE_M / WAVE_SPEED
-PARTS = 3  # of the steps, of which the fastest counts
-TIMEOUT_S = 240.0  # of each run of a program
+PARTS = 3  # into which the steps are divided; the fastest counts
+TIMEOUT_S = 240.0  # for each run of a program
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int64]
@@ -64,7 +64,7 @@ class Bar:
 
     @property
     def time_s(self) -> float:
-        """When displacements are compared."""
+        """Time at which displacements are compared."""
         return self.steps * STEP_S
 
     def mesh(self) -> tuple[Floats, Integers]:
@@ -86,11 +86,10 @@ class Bar:
 
 @dataclass(frozen=True)
 class BarRun:
-    """What one code made of the bar.
+    """One code's result for the bar.
 
-    points : of the element, at which it takes stresses. seconds_per_step : shortest of `runs`
-    measurements. end_m : mean displacement along x of the nodes at x = 0. step_s : the step that
-    was taken.
+    points : integration points of the element. seconds_per_step : shortest of `runs` measurements.
+    end_m : mean displacement along x of the nodes at x = 0. step_s : the step that was taken.
     """
 
     points: int
@@ -101,7 +100,7 @@ class BarRun:
 
 
 def seconds_per_step(take_step: Callable[[], object], steps: int) -> float:
-    """Take all steps; the time of one in the fastest part of them, the first two left out."""
+    """Take all steps; returns seconds per step in the fastest part, without the first two steps."""
     warm = min(2, steps - 1)
     for _ in range(warm):
         take_step()
@@ -116,9 +115,9 @@ def seconds_per_step(take_step: Callable[[], object], steps: int) -> float:
 
 
 def print_bar_run(run_bar: Callable[[Bar], tuple[float, float]]) -> None:
-    """Run the bar that the command line has as JSON; print its `BarRun` as JSON on one line.
+    """Run the bar given on the command line as JSON; print its `BarRun` as one line of JSON.
 
-    run_bar : seconds per step, of `PARTS`, and `end_m`, by hexahedra of 8 points with `STEP_S`.
+    run_bar : returns seconds per step (of `PARTS`) and `end_m`, of 8-point hexahedra with `STEP_S`.
     """
     seconds, end_m = run_bar(Bar(**json.loads(sys.argv[1])))
     print(json.dumps(asdict(BarRun(8, seconds, end_m, STEP_S, PARTS))))

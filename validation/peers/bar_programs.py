@@ -42,7 +42,7 @@ def _run_module(name: str, bar: Bar, _element: str) -> BarRun:
 class BarProgram:
     """A program that can run the bar with some of its elements.
 
-    module : its Python package, which is its distribution too; empty for CalculiX. run_bar raises
+    module : its Python package, also its distribution's name; empty for CalculiX. run_bar raises
     RuntimeError, OSError, ValueError or subprocess.TimeoutExpired where the program fails.
     """
 
@@ -62,7 +62,7 @@ class BarProgram:
 
     @property
     def version(self) -> str:
-        """Of what is installed."""
+        """The installed version."""
         return version(self.module) if self.module else calculix.version()
 
 

@@ -40,7 +40,7 @@ def available() -> bool:
 
 
 def version() -> str:
-    """What ``ccx -v`` says."""
+    """The version that ``ccx -v`` prints."""
     said = subprocess.run([PROGRAM, "-v"], capture_output=True, text=True, check=False).stdout
     return said.strip().removeprefix("This is Version").strip()
 

@@ -1,8 +1,8 @@
 """The bar in CalculiX: C3D8 and C3D8R, small strain, explicit dynamics.
 
-Version 2.20 hangs where the step is prescribed (``DIRECT``) beside ``EXPLICIT``, so it takes its
-own stable step, which its output names. The cost of a step is the difference between a long run
-and a short one, over the difference of their steps: reading the mesh is not charged.
+Version 2.20 hangs if ``DIRECT`` prescribes the step beside ``EXPLICIT``, so it takes its own stable
+step, which it prints. The cost of a step is the difference in time between a long run and a short
+one over the difference in steps: reading the mesh does not count.
 """
 
 import math
@@ -21,7 +21,7 @@ SELECTED = re.compile(r"SELECTED time increment:\s*([0-9.Ee+-]+)")
 
 
 def deck(bar: Bar, element: str, steps: int) -> str:
-    """Its input file."""
+    """CalculiX's input file for the bar."""
     points, cells = bar.mesh()
     velocity = bar.velocity(points)[:, 0]
     lines = [*calculix.nodes("ALL", points), *calculix.elements(element, "BAR", cells + 1)]
@@ -39,7 +39,7 @@ def deck(bar: Bar, element: str, steps: int) -> str:
 
 
 def _run_once(bar: Bar, element: str, steps: int) -> tuple[float, float, float]:
-    """Seconds, the step that it took, and the end's displacement."""
+    """Run it once; returns seconds, the step that it took, and the end's displacement."""
     done = calculix.run_calculix(deck(bar, element, steps), TIMEOUT_S, bar.threads)
     if done.answer == calculix.TIMED_OUT:
         raise subprocess.TimeoutExpired(calculix.PROGRAM, TIMEOUT_S)

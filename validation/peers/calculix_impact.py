@@ -1,10 +1,10 @@
-"""A body that hits the ground, in CalculiX: the reference's mesh, law and contact, own steps.
+"""A body that hits the ground, in CalculiX: the reference's mesh, law and contact, its own steps.
 
 CalculiX solves the same equations implicitly: St. Venant-Kirchhoff (``*ELASTIC`` with NLGEOM),
 its own hexahedra on our mesh, hinges as ``*EQUATION`` with the reference's mean weights,
 surface-to-surface contact with a linear pressure of the same modulus on a fixed floor.
 Its mass is consistent where the reference's is lumped, its contact has no dashpots and acts on the
-facets, not on the round surface that they mesh.
+facets, not on the round surface that they approximate.
 """
 
 import re
@@ -21,11 +21,11 @@ from reference_fem.model import Model
 from reference_fem.true_body import mass_factors
 from validation.peers import calculix
 
-# Increments that its first step would make of the tap; it refines and coarsens from there.
+# The motion's duration over CalculiX's first increment; it adapts the others itself.
 INCREMENTS = 200
 MOST_INCREMENTS = 20_000
-ALPHA = -0.05  # of Hilber, Hughes and Taylor, where increments are prescribed
-TERMS_A_LINE = 4  # of an equation; more are not read
+ALPHA = -0.05  # of the Hilber-Hughes-Taylor method, where increments are prescribed
+TERMS_A_LINE = 4  # terms of an equation; CalculiX does not read more
 _FORCE = re.compile(
     r"total force \(fx,fy,fz\) for set FLOOR and time\s+(\S+)\s+(\S+)\s+(\S+)\s+(\S+)"
 )
@@ -44,15 +44,15 @@ def deck(
     step_s: float | None = None,
     stresses: bool = False,
 ) -> str:
-    """Its input file: the body where it starts, unstrained, a floor under it, `end_s` of motion.
+    """The input file: the unstrained body at its start, a floor under it, and `end_s` of motion.
 
-    It prints the floor's force after every increment, and fields: CalculiX knows one frequency.
+    The floor's force and a field are printed after every increment: there is only one frequency.
 
     displacement, velocity : (n_points, 3), m and m/s, at the start.
-    step_s : of every increment; None: automatic ones.
-    stresses : whether they are printed, in the place of velocities.
+    step_s : length of every increment; None: automatic.
+    stresses : whether to print stresses instead of velocities.
 
-    Raises ValueError: the contact law is one that CalculiX has not.
+    Raises ValueError: CalculiX does not have the contact law.
     """
     if not isinstance(model.contact, SurfaceContact):
         raise ValueError(f"{type(model.contact).__name__}: only 'surface' is a law of CalculiX too")
@@ -97,9 +97,9 @@ def deck(
 
 
 def densities(model: Model, material: Material) -> Array:
-    """Of each cell, kg/m^3: consistent masses with the mass, centre and inertia of our phalanges.
+    """Cells' densities, kg/m^3, whose consistent masses have our phalanges' mass, centre, inertia.
 
-    `mass_factors` at the Gauss points, a mean over each cell, in steps of 1e-3 of the material's.
+    The material's times each cell's mean of `mass_factors` at its Gauss points, rounded to 1e-3.
     """
     volumes, places = by_element(
         geometries(model.points, model.cells),
@@ -131,7 +131,7 @@ def _equations(hinges: Hinges) -> list[str]:
 
 
 def _outside(contact: SurfaceContact, cells: Index) -> list[str]:
-    """The block's outside, face by face."""
+    """The lines that name the faces of the block's outside."""
     wanted = {frozenset(facet) for facet in contact.quadrature.facets.tolist()}
     return [
         f"{e},S{side}"
@@ -142,7 +142,7 @@ def _outside(contact: SurfaceContact, cells: Index) -> list[str]:
 
 
 def faces_within(cells: Index, nodes: Index) -> tuple[list[int], list[list[int]]]:
-    """Cells (n,) with a face of which all four corners are among `nodes`, and these (n, 4)."""
+    """Cells (n,) with a face whose four corners are all among `nodes`, and the corners (n, 4)."""
     inside = np.isin(cells, nodes)
     found = [
         (number, cells[number, list(corners)].tolist())
@@ -167,9 +167,9 @@ def floor_forces(printed: str) -> tuple[Array, Array]:
 
 
 def stress_near(printed: str, time_s: float) -> tuple[float, Array]:
-    """The printed time nearest to one, s, and the elements' mean Cauchy stress at it.
+    """The printed time nearest to `time_s`, and the elements' mean Cauchy stress at it.
 
-    (n_cells, 6), Pa, as xx, yy, zz, xy, yz, xz: of eight points each, in equal shares.
+    (n_cells, 6), Pa, as xx, yy, zz, xy, yz, xz: the plain mean over eight points.
     """
     tables = {float(found[1]): found[2] for found in _STRESS.finditer(printed)}
     time = min(tables, key=lambda printed_at: abs(printed_at - time_s))

@@ -12,11 +12,11 @@ located : the flight's last step is shortened until the tip is on the surface to
 separation is where F_n, interpolated, is zero. unlocated : contact begins and ends with a step.
 Exudyn is told a time shortly before contact from which to look.
 
-Of Exudyn's own options those that make it cheapest for the same error: Eigen's dense solver up to
-DENSE elements (0.83 times the time of the sparse one at 6, 1.08 at 15), beyond it the sparse one
-with the pattern kept that it has analyzed (defaults take 1.6 times as long at 15), and four Gauss
-points for the axial force instead of five. A Jacobian made anew in every step takes 0.8 times the
-time where the flight's steps are 1 ms, and up to twice the time where they are short.
+Exudyn's options are those that are cheapest for the same error: Eigen's dense solver up to DENSE
+elements (0.83 times the time of the sparse one at 6, 1.08 at 15), beyond that the sparse one, which
+keeps its analysed pattern (the defaults take 1.6 times as long at 15), and four Gauss points for
+the axial force instead of five. A new Jacobian in every step takes 0.8 times the time where the
+flight's steps are 1 ms, and up to twice the time where they are short.
 """
 
 import contextlib
@@ -56,7 +56,7 @@ class PeerFailedError(Exception):
 
 @dataclass(frozen=True)
 class PeerTap:
-    """What a tap found, its steps, and its force over time (n,) from a step before contact."""
+    """A tap's quantities, number of steps, and force over time (n,) from a step before contact."""
 
     quantities: TapQuantities
     steps: int
@@ -66,7 +66,7 @@ class PeerTap:
 
 
 class _Finger:
-    """Exudyn's system of the scene, and stepping it from where it is."""
+    """Exudyn's system for the scene, stepped on from its current state."""
 
     def __init__(
         self, scene: "hcm.Scene", adaptive: bool, spectral_radius: float, jacobian_a_step: bool
@@ -95,7 +95,7 @@ class _Finger:
         self.system.Assemble()
 
     def _add_chain(self, items: Any) -> int:
-        """Phalanges along -X, hinged in a row; the tip's node."""
+        """Add the phalanges along -X, hinged in a row; returns the tip's node."""
         system, gravity = self.system, self.scene.drive.gravity
         node = system.AddNode(items.NodePointGround())
         hinge_x = 0.0
@@ -130,12 +130,12 @@ class _Finger:
         return int(node)
 
     def velocity(self) -> tuple[float, float]:
-        """Of the tip, m/s."""
+        """The tip's velocity, m/s."""
         speed = self.system.GetNodeOutput(self.tip, self.exu.OutputVariableType.Velocity)
         return float(speed[0]), float(speed[1])
 
     def gap(self) -> tuple[float, float]:
-        """The tip's height above the surface, m, and its velocity, m/s."""
+        """The tip's height above the surface, m, and its rate, m/s."""
         kind = self.exu.OutputVariableType
         place = self.system.GetNodeOutput(self.tip, kind.Position)[1]
         return float(place) + self.scene.surface.height, self.velocity()[1]
@@ -151,7 +151,7 @@ class _Finger:
         self.system.SetObjectParameter(self.contact, "forceVector", force)
 
     def advance(self, start: float, duration: float, steps: int, relative: float) -> None:
-        """Integrate on from the current state."""
+        """Continue the integration from the current state."""
         configuration = self.exu.ConfigurationType
         if self.steps:
             state = self.system.systemData.GetSystemState(configuration=configuration.Current)
@@ -163,7 +163,7 @@ class _Finger:
         dense = elements <= DENSE
         settings.linearSolver.solverType = solvers.EigenDense if dense else solvers.EigenSparse
         settings.linearSolver.reuseAnalyzedPattern = True
-        # every step in contact; none in flight, which it is not charged for
+        # store every step in contact, none in flight, where storing would cost time
         settings.solution.sensors.writePeriod = 1e-12 if self.touched else 1.0
         stepping = settings.timeIntegration
         stepping.startTime, stepping.endTime = start, start + duration
@@ -186,7 +186,7 @@ class _Finger:
         self.steps += steps
 
     def fly(self, flight_step: float, contact_step: float, located: bool, until: float) -> float:
-        """From rest to contact; returns its time, s."""
+        """Fly from rest to contact; returns the time of contact, s."""
         self.advance(0.0, until, max(1, round(until / flight_step)), RELATIVE)
         time = until
         for _ in range(ATTEMPTS):
@@ -209,14 +209,14 @@ def tap(
 ) -> PeerTap:  # fmt: skip
     """Fall from rest and tap.
 
-    scene : undriven, from rest, sliding in +X; its settings and assumptions are hcm's alone.
+    scene : undriven, from rest, sliding in +X; its settings and assumptions for hcm are not used.
     flight_step, contact_step : s.
     located : see the module.
     until : s, a time shortly before contact.
     adaptive : whether Exudyn may shorten a step that fails.
     window : s, time after contact in which the tap must end.
     spectral_radius : of Exudyn's generalized-alpha method.
-    jacobian_a_step : whether every step makes a Jacobian, or keeps one while Newton converges.
+    jacobian_a_step : make a new Jacobian in every step, instead of keeping one while it converges.
 
     Raises PeerFailedError: Exudyn stopped, or the tap is not complete.
     """
@@ -227,7 +227,7 @@ def tap(
     steps = round(window / contact_step)
     finger.advance(contact, steps * contact_step, steps, CONTACT_RELATIVE)
     rows = finger.system.GetSensorStoredData(finger.sensor)
-    rows = rows[-(steps + 1) :]  # the contact's own, its start included
+    rows = rows[-(steps + 1) :]  # those of the contact, with its start
     time = rows[:, 0] - contact
     force = -scene.tip.normal_stiffness * (rows[:, 2] + scene.surface.height)
     quantities = _quantities(contact, time, force, located)
@@ -245,7 +245,7 @@ def tap(
 
 
 def _quantities(contact: float, time: Any, force: Any, located: bool) -> TapQuantities:
-    """Peak by a parabola, separation where F_n falls through zero (or the step after it)."""
+    """Peak by a parabola, separation where F_n falls through zero (unlocated: the step after)."""
     top = int(np.argmax(force))
     falls = np.flatnonzero((force[1:] <= 0) & (force[:-1] > 0))
     falls = falls[falls >= top]

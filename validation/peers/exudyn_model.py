@@ -1,7 +1,7 @@
 """Exudyn as a model: this module is its `validation.models.adapter.Adapter` (extra ``bench``).
 
-The finger of `peers.exudyn_finger`: falls undriven and slides in +X through its whole tap. Which
-scenes slide nobody knows beforehand: one that turns back ends as failed, and says so.
+The finger of `peers.exudyn_finger` falls undriven and slides in +X throughout its tap. Whether a
+scene slides is not known beforehand: a run whose tip turns back fails and says so.
 """
 
 import time
@@ -21,9 +21,9 @@ resumable = False
 sources: tuple[str, ...] = (__name__,)
 independent_of: tuple[str, ...] = ("reference_fem", "meshes")
 
-# 1e-4 of its own converged peak on the soft finger, as the benchmark's tables show.
+# Within 1e-4 of its own converged peak on the soft finger, as the benchmark's tables show.
 FLIGHT_STEP_S, CONTACT_STEP_S = 1e-4, 5e-7
-SHORTLY_BEFORE = 0.98  # of a rigid finger's fall, which tells Exudyn only from when to look
+SHORTLY_BEFORE = 0.98  # share of a rigid finger's fall after which Exudyn looks for contact
 
 
 def refusal(scene: NamedScene) -> str:
@@ -45,14 +45,14 @@ def refusal(scene: NamedScene) -> str:
 
 
 def warm_up() -> None:
-    """Tap once with two elements a phalanx: the library is loaded."""
+    """Tap once with two elements per phalanx, which loads the library."""
     run(load_scene("soft", ("finger.elements=2",)))
 
 
 def run(
     scene: NamedScene, progress: Progress | None = None, checkpoint: Checkpoint | None = None
 ) -> Outcome:
-    """Fall and tap; nothing of it can be resumed, and Exudyn tells no progress."""
+    """Fall and tap; a run cannot be resumed, and Exudyn reports no progress."""
     del progress, checkpoint
     given = hcm_scene(scene, estimate=False)
     until = SHORTLY_BEFORE * impact_of(scene).time_s

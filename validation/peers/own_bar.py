@@ -1,4 +1,4 @@
-"""The bar in the reference: its own explicit step, whole, with the contact out of reach."""
+"""The bar in the reference: its complete explicit step, with the contact out of reach."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, BarRun, Floats, In
 
 POINTS = {"hex8-sri": 8, "hex8-one-point": 1}
 BUDGET_S = 2.0
-# The faces of VTK's cells that look down, outward oriented.
+# The lower faces of VTK's cells, oriented outward.
 LOWER = {2: [0, 1], 3: [0, 1, 5, 4]}
 
 
@@ -36,7 +36,7 @@ def box_model(
 
 
 def run_bar(bar: Bar, element: str) -> BarRun:
-    """Take all steps at once, several times."""
+    """Take all steps in one call, several times; the shortest counts."""
     points, cells = bar.mesh()
     model = box_model(
         points,

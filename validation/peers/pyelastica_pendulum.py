@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 ea: Any = importlib.import_module("elastica")
 Floats = NDArray[np.float64]
-# A step lets axial waves pass a tenth of an element, and half a radius: sections of stubby elements
-# turn against the axis at sqrt(4 G/rho)/r, whatever their length.
+# Axial waves pass at most a tenth of an element in a step, and half a radius: sections of stubby
+# elements turn against the axis at the rate sqrt(4 G/rho)/r, whatever their length.
 PART_OF_ELEMENT, PART_OF_RADIUS = 0.1, 0.5
 
 
@@ -37,7 +37,7 @@ def swing(
     length: float, radius: float, density: float, young: float, poisson: float, gravity: float,
     elements: int, times: Floats,
 ) -> Floats:  # fmt: skip
-    """Tip position (n, 2), m, at rising times (n,), s: along -X at rest, gravity along -Y."""
+    """Tip position (n, 2), m, at increasing times (n,), s; starts at rest along -X, gravity -Y."""
     simulator = _Pendulum()
     rod = ea.CosseratRod.straight_rod(
         elements, np.zeros(3), np.array([-1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0]), length,

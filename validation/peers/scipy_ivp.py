@@ -1,8 +1,8 @@
 """What a user of SciPy gets: solve_ivp with its defaults and terminal events, phase by phase.
 
-The same equations in minimal coordinates (`hcm.beam.minimal_coordinates`), no tolerance, no re-
-arming, no origin shift: RK45, rtol 1e-3, atol 1e-6, an event function that falls through zero ends
-a phase.
+The same equations in minimal coordinates (`hcm.beam.minimal_coordinates`), without event tolerance,
+re-arming or shift of the origin: RK45, rtol 1e-3, atol 1e-6; an event function that falls through
+zero ends a phase.
 """
 
 import time
@@ -23,14 +23,14 @@ LONGEST_FLIGHT_S = 2.0
 
 
 def solve_first_tap(scene: hcm.Scene, seconds: float) -> tuple[str, tuple[float, float] | None]:
-    """How the first tap from rest ended; its peak F_n, N, and normal impulse, N s, if it did.
+    """How the first tap from rest ended; if completed, its peak F_n, N, and normal impulse, N s.
 
     seconds : wall time allowed.
     """
     chain, rest = build_chain(scene.finger, scene.drive)
     law, mapping = contact_law(scene.surface, scene.tip), minimal_coordinates(chain)
     m = mapping.place.size
-    x, y = (int(mapping.source[chain.tip + c]) for c in range(2))  # the tip's, in the state
+    x, y = (int(mapping.source[chain.tip + c]) for c in range(2))  # the tip's place in the state
     nothing = np.zeros(m)
     state = np.concatenate([rest[mapping.place], nothing, [0.0, 0.0]])
     contact, now, peak, impulse = ContactState(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0

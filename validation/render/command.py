@@ -52,7 +52,7 @@ def render(
             folder = Path(run_or_scene)
         else:
             folder = _run(run_or_scene, model or "fem3d", overrides, out)
-        if doubt := read_run(folder).doubt:  # what is no run is refused before anything is drawn
+        if doubt := read_run(folder).doubt:  # refuses what is not a run before anything is drawn
             say(f"caution: {doubt}")
         name = safe_name(folder.resolve().name)
         drawn = render_run(folder, pictures, name, (*PICTURES, *[INTERACTIVE] * interactive))

@@ -1,4 +1,4 @@
-"""Pictures beside stress and velocity: the contact patch, the enlarged deformation, the film."""
+"""Pictures beside stress and velocity: contact patch, enlarged deformation, animation."""
 
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ FRAME_MS, LAST_FRAME_MS = 120, 1200
 
 
 def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
-    """Contact pressure on the body as the surface sees it, looking up.
+    """Draw the contact pressure on the body, looking up from the surface.
 
     A plane body has no underside and is drawn from the side.
     """
@@ -78,7 +78,7 @@ def beyond_rigid(rest: Any, now: Any, bodies: Any) -> Any:
 
 
 def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
-    """The whole finger with its deformation enlarged, over its rigid motion as a shadow."""
+    """Draw the finger with its deformation enlarged, in front of its rigid motion as a shadow."""
     mesh = read_fields(file)
     bodies = np.asarray(mesh.connectivity().point_data["RegionId"])
     rest, now = np.asarray(mesh.points), mesh.points + mesh["displacement"]
@@ -92,14 +92,14 @@ def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
     moved, shadow = mesh.copy(), mesh.copy()
     moved.points, shadow.points = now + (factor - 1) * beyond, now - beyond
     body, shadow = surface(moved, cut=False), surface(shadow, cut=False)
-    shadow.points[:, 2] -= 2 * diameter  # behind the body: seen where the body has left
+    shadow.points[:, 2] -= 2 * diameter  # behind the body, so that it shows beside it
     limits = (0.0, float(size.max()) * 1e6 or 1.0)
     title = f"{text}\ndeformation enlarged {factor:g} times; rigid motion in grey"
     draw(path, body, BENDING, title, height, zoom=False, limits=limits, shadow=shadow)
 
 
 def write_gif(path: Path, frames: list[Path]) -> None:
-    """Frames as an endless GIF of half the size, with one palette; the last one stays longer."""
+    """Write frames as a looping GIF of half their size with one palette; the last stays longer."""
     from PIL import Image
 
     images = [reduced(frame) for frame in frames]

@@ -1,7 +1,7 @@
-"""A tap to turn, zoom and step through: its fields in 3D, the forces of runs below them.
+"""An interactive page of a tap: fields in 3D to turn, zoom and step through, forces below them.
 
-One HTML file with plotly's script inside, of some 5 MB: it loads nothing. The extra `EXTRA` brings
-plotly; pictures do without.
+It is one HTML file of about 5 MB that contains plotly's script and loads nothing. The extra `EXTRA`
+installs plotly; pictures do not need it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,12 +17,12 @@ from validation.harness.figures import BLACK, COLORS, GREY
 from validation.harness.files import write_text
 
 EXTRA = "interactive"
-NARROW = '<meta name="viewport" content="width=device-width, initial-scale=1">'  # of a phone
+NARROW = '<meta name="viewport" content="width=device-width, initial-scale=1">'  # for phones
 Curves = Mapping[str, NDArray[Any]]  # by label: time since the first touch (s), F_n, F_t (N)
 
 
 def check_interactive(wanted: bool) -> None:
-    """Refuse, before anything is run, what the missing extra would have to draw."""
+    """Raise UserError, before anything is run, if the page is wanted and plotly is missing."""
     if wanted and find_spec("plotly") is None:
         raise UserError(f"--interactive: needs plotly; pip install 'fingertap[{EXTRA}]'")
 
@@ -36,11 +36,11 @@ def write_interactive(
     height: float,
     curves: Curves,
 ) -> None:
-    """Write the file.
+    """Write the page.
 
-    steps : times since the first touch, s, and the body's surface of quadrilaterals, m, of the same
-        cells at each, with the field on its cells.
-    limits : of the field's colours.
+    steps : times since the first touch, s, and the body's surface at each, m: always the same
+        quadrilaterals, with the field on its cells.
+    limits : range of the field's colour scale.
     height : H, m.
     """
     import plotly.graph_objects as go

@@ -1,4 +1,4 @@
-"""Off-screen renders, each made in a process of its own: VTK ends a crash without an exception."""
+"""Off-screen rendering, each run in its own process: VTK may crash it without an exception."""
 
 import ctypes
 import ctypes.util
@@ -21,7 +21,7 @@ PICTURES = ("stress", "velocity", "pressure", "shape", "sequence", "animation")
 
 @dataclass(frozen=True)
 class Renders:
-    """Pictures of one run, why some are missing, and whether the run is no run to draw."""
+    """Pictures of one run, why some are missing, and whether its folder was refused."""
 
     pictures: dict[str, Path]
     problem: str = ""
@@ -63,7 +63,7 @@ def render_run(
 
     run_folder : holds summary.json and fields/tap.pvd.
     out : folder for the pictures, named ``<prefix>-<what>.png`` (see `SUFFIXES`).
-    wanted : which of `PICTURES`, or interactive; a pressure is drawn where the fields hold one.
+    wanted : any of `PICTURES`, or interactive; the pressure is drawn only if the fields have it.
     beside : folders of other runs, whose forces an interactive page shows.
     """
     problem = missing_libraries()

@@ -1,4 +1,4 @@
-"""What is drawn of a run's folder: read as anybody may have written it."""
+"""Reading a run's folder for drawing; its files may be damaged or written by others."""
 
 import json
 import math
@@ -11,7 +11,7 @@ from typing import Any
 from validation.errors import UserError
 
 FIELDS = Path("fields")
-DAMAGED = (  # whatever parsing hits: no JSON, no table, no number, no key, nested without end
+DAMAGED = (  # what parsing may raise: not JSON, not a number, a missing key, nested too deeply
     ValueError, TypeError, OverflowError, LookupError, AttributeError, OSError, RecursionError,
     ElementTree.ParseError,
 )  # fmt: skip
@@ -19,12 +19,12 @@ DAMAGED = (  # whatever parsing hits: no JSON, no table, no number, no key, nest
 
 @dataclass(frozen=True)
 class DrawnRun:
-    """A run's fields over time, and what its pictures say.
+    """A run's fields over time, and what is written on its pictures.
 
     steps : times (s) and files of the fields, at least one.
     contact_s, peak_s : absolute times of the first touch and of the peak force.
     height_m : H.
-    doubt : how the run ended where it did not complete, and what it says of itself; or empty.
+    doubt : how the run ended if it did not complete, and its own message; empty without either.
     """
 
     steps: list[tuple[float, Path]]
@@ -38,7 +38,7 @@ class DrawnRun:
 def read_run(folder: Path) -> DrawnRun:
     """Read a run's summary and the index of its fields.
 
-    Raises UserError: one line: which file is missing or not what a run writes, and what to do.
+    Raises UserError: a file is missing or not what a run writes; names it and says what to do.
     """
     for part in ("summary.json", "fields/tap.pvd"):
         if not (folder / part).is_file():
@@ -66,7 +66,7 @@ def read_run(folder: Path) -> DrawnRun:
 def read_curves(folder: Path) -> tuple[str, Any]:
     """A run's name, and its time since the first touch (s), F_n and F_t (N) of every step.
 
-    Raises UserError: as `read_run`.
+    Raises UserError: one of the files is damaged or not a run's.
     """
     import numpy as np
 
@@ -92,8 +92,8 @@ def _damaged(folder: Path, part: str, error: Exception) -> UserError:
 def read_steps(folder: Path) -> list[tuple[float, Path]]:
     """Times and files of a PVD collection.
 
-    Raises ValueError: there are none, or a file lies elsewhere: a collection made by others must
-        not lead out of its folder.
+    Raises ValueError: there are none, a file is missing, or a name leads out of the folder, which
+        a collection made by others must not do.
     """
     steps = []
     for entry in ElementTree.parse(folder / "tap.pvd").getroot().iter("DataSet"):
@@ -109,7 +109,7 @@ def read_steps(folder: Path) -> list[tuple[float, Path]]:
 
 
 def _finite(number: Any) -> float:
-    """A finite number; 0 for what a run without contact does not have."""
+    """A number that must be finite; 0 for None, which a run without contact writes."""
     if number is None:
         return 0.0
     if isinstance(number, bool) or not isinstance(number, int | float):

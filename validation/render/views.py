@@ -1,4 +1,4 @@
-"""Pieces of a picture: bodies as they are deformed, the surface, camera and colours, sheets."""
+"""Parts of a picture: the deformed body, the surface, camera and colours, contact sheets."""
 
 from pathlib import Path
 from typing import Any
@@ -29,13 +29,13 @@ BAR = {
 
 
 def read_fields(path: Path) -> Any:
-    """A step's body at rest with its fields."""
+    """The undeformed body with the fields of a step."""
     import pyvista as pv
 
     try:
         mesh = pv.read(path)
-    except Exception:  # VTK's readers raise whatever their parsing hits
-        mesh = pv.UnstructuredGrid()  # which lacks all that is wanted
+    except Exception:  # VTK's readers raise all kinds of exceptions
+        mesh = pv.UnstructuredGrid()  # has no fields, so that it is refused
     check_fields(path, mesh)
     return mesh
 
@@ -77,7 +77,7 @@ def lowest_x(mesh: Any) -> float:
 def _surface_and_camera(
     plotter: Any, mesh: Any, height: float, zoom: bool, look_at: float | None
 ) -> None:
-    """The tapped surface, a scale bar, and a side view that shows the surface edge-on.
+    """Add the tapped surface and a scale bar, and look from the side, at the surface edge-on.
 
     Zoomed in, the view is centred a little beside the lowest point, whose X may be given.
     """
@@ -104,7 +104,7 @@ def _surface_and_camera(
 
 
 def scale_bar(plotter: Any, start: Any, length: float, label: Any, color: str) -> None:
-    """A line of this length, m, along X; its label lies `label` from its middle, m."""
+    """Add a line of this length, m, along X; `label` is its label's offset from its middle, m."""
     import pyvista as pv
 
     end = start + np.array([length, 0, 0])
@@ -129,7 +129,7 @@ def look(
     half_view: float,
     clipping: tuple[float, float],
 ) -> None:
-    """Parallel projection on a point from a place `away` from it, half_view high above it, m."""
+    """Look at `focus` from `away` of it, in parallel projection of height 2 half_view, m."""
     plotter.camera.focal_point = focus
     plotter.camera.position = focus + away
     plotter.camera.up = up
@@ -142,7 +142,7 @@ def show_field(
     plotter: Any, mesh: Any, field: str, limits: tuple[float, float], edges: bool, text_color: str,
     **style: Any,
 ) -> None:  # fmt: skip
-    """A body in the colours of a field, perhaps with its elements' edges."""
+    """Add a body coloured by a field, on request with its elements' edges."""
     bar = {**BAR, "title": f"{field}\n", "color": text_color}
     plotter.add_mesh(
         mesh, scalars=field, cmap=COLORS[field], clim=limits, show_edges=edges,
@@ -163,7 +163,7 @@ def draw(
     look_at: float | None = None,
     shadow: Any = None,
 ) -> None:
-    """One picture of one field, stored whole or not at all."""
+    """Draw one picture of one field."""
     import pyvista as pv
 
     plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
@@ -201,7 +201,7 @@ def reduced(path: Path) -> Any:
 
 
 def contact_sheet(path: Path, pictures: list[Path], columns: int) -> None:
-    """Several pictures as one, reduced in size."""
+    """Write several pictures as one, each at half its size."""
     from PIL import Image
 
     width, height = HALF_SIZE

@@ -1,4 +1,4 @@
-"""Draws one run: its pictures, and what they share."""
+"""The drawing of one run: its pictures and what they share."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -30,11 +30,11 @@ class Drawing:
 
     @cached_property
     def run(self) -> DrawnRun:
-        """What the first folder holds."""
+        """The run in the first folder."""
         return read_run(self.folders[0])
 
     def path(self, what: str, suffix: str = "png") -> Path:
-        """Where a picture goes."""
+        """The file of a picture."""
         return self.out / f"{self.prefix}-{what}.{suffix}"
 
     def moment(self, time: float) -> str:
@@ -63,7 +63,7 @@ class Drawing:
 
     @property
     def stress_limits(self) -> tuple[float, float]:
-        """Scale of the stress: a few elements at the contact would leave the rest black."""
+        """Stress scale, cut at a percentile: a few contact elements would leave the rest black."""
         return 0.0, float(np.percentile(self.inside[STRESS], SCALE_PERCENTILE)) or 1.0
 
     def stress(self) -> None:
@@ -101,7 +101,7 @@ class Drawing:
             write_gif(self.path("animation", "gif"), frames)
 
     def interactive(self) -> None:
-        """The tap to turn and step through, its forces beside those of the other runs."""
+        """The tap as an interactive page, its forces beside those of the other runs."""
         steps = [(t - self.run.contact_s, deformed(file, cut=True)) for t, file in self.run.steps]
         curves = dict(read_curves(folder) for folder in self.folders)
         shown = steps, STRESS, self.stress_limits, self.run.height_m, curves
@@ -111,7 +111,7 @@ class Drawing:
     def _frames(
         self, steps: Sequence[tuple[float, Path]], what: str, bar_on_each: bool
     ) -> Iterator[list[Path]]:
-        """Stress at some times, seen from one place, in files that go with the block."""
+        """Draw the stress at some times from one viewpoint, in files removed after the block."""
         frames = []
         for number, (time, file) in enumerate(steps):
             frames.append(self.out / f".{self.prefix}-{what}-{number}.png")
@@ -132,9 +132,9 @@ class Drawing:
 
 
 def draw_run(folders: Sequence[Path], out: Path, prefix: str, wanted: Sequence[str]) -> None:
-    """Draw pictures of the first folder's run, in a process of its own: VTK's words are not shown.
+    """Draw pictures of the first folder's run; in a process of its own, whose stderr it discards.
 
-    folders : of the run, and of others, whose forces an interactive page shows.
+    folders : the run's folder, then those of other runs, whose forces an interactive page shows.
     wanted : any of `off_screen.PICTURES` or ``interactive``, each a method of `Drawing`.
 
     Raises UserError: a folder holds no run to draw.

@@ -1,7 +1,7 @@
 """One generator of scenes for the reduced model, from numbers in [0, 1).
 
-Hypothesis and the campaign both hand in such numbers: what one finds, the other can repeat. The
-ranges reach far beyond any finger; a scene may be hopeless, but it must be answered.
+Both Hypothesis and the stress campaign supply such numbers, so that either can repeat what the
+other finds. The ranges reach far beyond any finger: a scene may be hopeless, but needs an answer.
 """
 
 import math
@@ -72,7 +72,7 @@ def random_scene(numbers: Sequence[float], max_steps: int = MAX_STEPS) -> Scene:
     torques: tuple[float, ...] = ()
     if size > 0.6:
         largest = weight * finger.length * _log((size - 0.6) / 0.4, 1e-2, 1e3)
-        # signs and sizes along the chain come from one number, stretched
+        # signs and sizes along the chain all derive from one number
         spread = [(sign * (7.0 + 3.0 * w)) % 2.0 - 0.7 for w in range(phalanges)]
         torques = tuple(largest * s for s in spread)
     several, control = next(u), next(u)

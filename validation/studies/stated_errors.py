@@ -1,4 +1,4 @@
-"""The errors that a run states beside those that a tighter solve finds; when they are too small."""
+"""A run's stated errors beside those found by a tighter solve, and when they are too small."""
 
 from collections.abc import Mapping
 from typing import Any, NamedTuple
@@ -7,16 +7,16 @@ import numpy as np
 
 from validation.harness.quantities import COMPONENTS, ESTIMATED, TIP_VELOCITY
 
-# A stated error is too small where the true one is more than this many times as large ...
+# A stated error is too small if the true one is more than this many times as large ...
 UNDERSTATED_FACTOR = 2.0
-# ... beside the share of a number that round-off and iterations leave open in any two solves.
+# ... plus this share of the number, by which round-off and iterations make any two solves differ.
 ROUND_OFF_SHARE = 1e-5
-# A run is wrong and silent where a number is off by more than this share, and it has no caution.
+# A run is wrong and silent if a number is off by more than this share and it has no caution.
 WRONG_SHARE = 0.02
 
 
 class StatedError(NamedTuple):
-    """A number's stated and true error, and what a relative error is taken over, SI units."""
+    """A number's stated and true error, and the scale of relative errors, in SI units."""
 
     stated: float
     true: float
@@ -29,16 +29,16 @@ class StatedError(NamedTuple):
 
 
 def understated(stated: float, true: float) -> bool:
-    """Whether a relative error is larger than what is stated allows."""
+    """Whether the true relative error exceeds what the stated one allows."""
     return true > UNDERSTATED_FACTOR * stated + ROUND_OFF_SHARE
 
 
 def compare(
     summary: Mapping[str, Any], errors: Mapping[str, Any], truth: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Every number that states an error; one that the truth lacks is infinitely off.
+    """Compare every number with a stated error; the error of one that `truth` lacks is infinite.
 
-    summary, truth : scalars of the run and of the tighter one. errors : as the run states them.
+    summary, truth : scalars of the run and of the tighter one. errors : as stated by the run.
     """
     parts = {entry.key: entry.component_of for entry in COMPONENTS}
     keys = [key for key in ESTIMATED if key != TIP_VELOCITY]

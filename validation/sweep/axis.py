@@ -12,7 +12,7 @@ from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import Table
 
 MOST_POINTS = 10_000_000
-WAYS = {  # by what marks each, what may stand beside it
+WAYS = {  # allowed keys of each kind of axis, by the key that marks it
     "low": {"low", "high", "log", "count"},
     "values": {"values"},
     "distribution": {"distribution", "parameters", "count"},
@@ -23,30 +23,30 @@ class Axis(Table):
     """How a key varies: a range, a list, or a distribution of scipy.stats."""
 
     low: float | None = None
-    """Of a range, with `high`."""
+    """Lower end of a range, with `high`."""
     high: float | None = None
-    """Of a range, with `low`."""
+    """Upper end of a range, with `low`."""
     log: bool = False
     """Whether the range is even in the logarithm."""
     values: list[Any] | None = None
-    """A list, of anything that the key may be."""
+    """A list of any values that the key takes."""
     distribution: str | None = None
     """Name in scipy.stats, for example norm."""
     parameters: dict[str, float] = Field(default_factory=dict)
-    """Of the distribution, by its names: loc, scale, and its shapes."""
+    """Parameters of the distribution, by its names: loc, scale, and its shapes."""
     count: Annotated[int, SceneNumber(integer=True, at_least=1, at_most=MOST_POINTS)] = 5
-    """Points of a range or a distribution on a grid."""
+    """Number of points of a range or a distribution on a grid."""
 
 
 def scene_number_of(key: str) -> SceneNumber | None:
-    """The bounds of a scene's key, None of one that is no number."""
+    """The bounds of a scene's key; None if the key is not a number."""
     return next((q for q in known_keys()[key].metadata if isinstance(q, SceneNumber)), None)
 
 
 def check_key(key: str, origin: str) -> None:
     """Refuse a key that no scene has.
 
-    Raises UserError: naming the nearest one.
+    Raises UserError: the key is unknown; names the nearest one.
     """
     if key in known_keys():
         return
@@ -56,15 +56,15 @@ def check_key(key: str, origin: str) -> None:
 
 
 def clash(key: str, others: Iterable[str]) -> str:
-    """The one of other keys that gives this key a value too: itself, its table, or a key in it."""
+    """The first of other keys that sets this one too (itself, its table, a key in it), else ''."""
     same = (o for o in others if f"{o}.".startswith(f"{key}.") or f"{key}.".startswith(f"{o}."))
     return next(same, "")
 
 
 def check_apart(keys: Iterable[str], origin: str) -> None:
-    """Refuse keys of which one gives another its value too.
+    """Refuse keys of which one sets another too.
 
-    Raises UserError: naming both.
+    Raises UserError: two keys clash; names both.
     """
     seen: list[str] = []
     for key in keys:
@@ -76,7 +76,7 @@ def check_apart(keys: Iterable[str], origin: str) -> None:
 def check_value(key: str, value: Any, origin: str) -> None:
     """Refuse a value that its key can't have in any scene.
 
-    Raises UserError: with what is allowed.
+    Raises UserError: the value is not allowed; says what is.
     """
     if text := refusal_of(key, value, origin):
         raise UserError(text)

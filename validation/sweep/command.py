@@ -37,7 +37,7 @@ def run_sweep(
     workers
         Processes on this machine; by default one a core. Each scene takes one thread.
     dask
-        Address of a Dask cluster's scheduler, in the place of processes here: tcp://host:8786
+        Address of a Dask cluster's scheduler, instead of processes here: tcp://host:8786
     out
         Folder for sweep/NAME/: results.jsonl, sweep.nc, sweep.csv, index.html.
     """
@@ -64,9 +64,9 @@ def run_sweep(
 def solve_plan(
     chosen: Plan, points: PointTable, folder: Path, where: tuple[int | None, str | None]
 ) -> tuple[xarray.Dataset, list[str]]:
-    """Solve what is not finished and write the dataset; messages of runs that failed or crashed.
+    """Solve what is not finished, write the dataset; returns it and the messages of failed runs.
 
-    where : processes here, None for one a core, or the address of a Dask cluster.
+    where : number of processes here (None: one per core); address of a Dask cluster, or None.
     """
     finished = LineStore(folder / "results.jsonl")
     tasks = _tasks(chosen, points)
@@ -84,7 +84,7 @@ def solve_plan(
             with progress_bar(f"sweep {chosen.name}") as progress:
                 _solve(chosen, todo, len(distinct), finished, retried, where, progress)
     finally:
-        # what there is, also of a sweep that ends here
+        # the results so far, also if the sweep is interrupted
         rows = [[dataset.SweepResult()] * len(chosen.solvers) for _ in range(len(points))]
         for task in tasks:
             found = finished.load(task.inputs) or retried.get(task.run)
@@ -95,11 +95,11 @@ def solve_plan(
 
 
 def _tasks(plan: Plan, points: PointTable) -> list[SweepTask]:
-    """Tasks by model, so that those of a batch are alike."""
+    """All tasks, ordered by model, so that those of a batch are alike."""
     tasks = []
     for number, solver in enumerate(plan.solvers):
         own = tuple(assignment(key, value) for key, value in solver.set.items())
-        own = (*on_one_thread(solver.model), *own)  # which may state another number
+        own = (*on_one_thread(solver.model), *own)  # the plan may set another number
         tasks += [
             task_of(
                 point, number, solver.model, plan.scene, plan.document,
@@ -114,7 +114,7 @@ def _solve(
     plan: Plan, todo: list[SweepTask], total: int, finished: LineStore,
     retried: dict[str, Row], where: tuple[int | None, str | None], progress: Progress,
 ) -> None:  # fmt: skip
-    """Solve what is not finished; rows that may be others next time go to `retried`."""
+    """Solve what is not finished; rows that are to be tried again go to `retried`."""
     models = tuple(dict.fromkeys(task.model for task in todo))
     done = total - len(todo)
     progress(done / total, "starting")

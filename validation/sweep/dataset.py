@@ -33,7 +33,7 @@ NUMBERS = tuple(
 
 @dataclass(frozen=True)
 class SweepResult:
-    """A kept row as the quantities read it."""
+    """A kept row, in the form that quantities read."""
 
     status: str = NOT_SOLVED
     message: str = ""
@@ -44,7 +44,7 @@ class SweepResult:
 
 
 def solved(row: Mapping[str, Any] | None) -> SweepResult:
-    """A row of the store; an error of null is infinite."""
+    """The result in a row of the store; None: not solved. An error of null becomes infinite."""
     if row is None:
         return SweepResult()
     errors = {key: restored(value, math.inf) for key, value in row["errors"].items()}
@@ -57,7 +57,7 @@ def _error(entry: Quantity, result: SweepResult) -> float:
 
 
 def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[SweepResult]]) -> xarray.Dataset:
-    """The dataset of `rows`, of each point the solvers' results."""
+    """The dataset of `rows`, which hold the results of all solvers for each point."""
     data: dict[str, Any] = {}
     for key, values in points.columns.items():
         number = scene_number_of(key)
@@ -93,14 +93,14 @@ def write(folder: Path, dataset: xarray.Dataset) -> None:
 
 
 def clear(folder: Path) -> None:
-    """Remove a dataset that the results beside it outgrow, perhaps one of another plan."""
+    """Remove an older dataset, which does not fit the new results and may be of another plan."""
     for name in (DATASET, TABLE):
         (folder / name).unlink(missing_ok=True)
 
 
 @dataclass(frozen=True)
 class Pair:
-    """A model beside the one that it is compared with, by their places."""
+    """A model and the one that it is compared with, by their places in the plan."""
 
     own: int
     base: int
@@ -127,6 +127,6 @@ def numbers(data: xarray.Dataset, entry: Quantity, place: int, error: bool = Fal
 
 
 def differences(data: xarray.Dataset, entry: Quantity, pair: Pair) -> Floats:
-    """(own - base)/|base|."""
+    """Relative differences (own - base)/|base|; NaN where base is 0 or a number is missing."""
     own, base = (numbers(data, entry, place) for place in (pair.own, pair.base))
     return np.asarray((own - base) / np.where(base == 0.0, np.nan, np.abs(base)))

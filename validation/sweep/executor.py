@@ -1,9 +1,9 @@
 """Where a sweep's scenes are solved: in processes here, or on the workers of a Dask cluster.
 
-Both are a `concurrent.futures` executor's ``submit``, which `solve_all` feeds with batches of tasks
-and whose rows it keeps as they come. A batch whose worker dies is cut into single scenes; one that
-kills its worker by itself is a row that says so. Batches that a lost connection has cancelled are
-sent again.
+Both offer the ``submit`` of a `concurrent.futures` executor, to which `solve_all` gives batches of
+tasks and whose rows it keeps as they arrive. A batch whose worker dies is split into single scenes;
+a scene that kills its worker on its own gets a row that says so. Batches cancelled by a lost
+connection are sent again.
 """
 
 import logging
@@ -24,22 +24,22 @@ from validation.sweep.runs import CRASHED, Row, SweepTask, check_program, progra
 
 Submit = Callable[..., "Future[list[Row]]"]
 
-AHEAD = 3  # batches that wait, per worker
+AHEAD = 3  # batches submitted at a time, per worker
 # A batch has as many scenes, up to MOST_SCENES, as take about BATCH_S to solve.
 BATCH_S, MOST_SCENES = 1.0, 200
-TRIES = 5  # of a batch that connections lose
+TRIES = 5  # attempts at a batch that lost connections cancel
 CONNECT_S = 30.0
-# Of a client whose scheduler has not come back for so long.
+# Statuses of a client that has given up waiting for its scheduler.
 GIVEN_UP = ("closing", "closed")
-COUNTED_S = 5.0  # between two looks how many workers there are, and whether there is a scheduler
+COUNTED_S = 5.0  # between two checks of the number of workers and of the scheduler
 
 
 @dataclass(frozen=True)
 class Crew:
-    """What solves batches.
+    """The workers that solve batches.
 
-    submit : of an executor. workers : how many of them there are now. lost : the error, where what
-    was submitted will never be solved.
+    submit : an executor's method. workers : returns their present number. lost : returns an error
+    if what was submitted will never be solved, else None.
     """
 
     submit: Submit
@@ -49,7 +49,7 @@ class Crew:
 
 @contextmanager
 def processes_here(count: int | None) -> Iterator[Crew]:
-    """So many processes of this machine, one a core by default."""
+    """`count` processes on this machine; None: one per core."""
     number = count or cores()
     with workers(number) as pool:
         yield Crew(pool.submit, lambda: number)
@@ -57,10 +57,10 @@ def processes_here(count: int | None) -> Iterator[Crew]:
 
 @contextmanager
 def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
-    """The workers of a Dask cluster that is there.
+    """The workers of a running Dask cluster.
 
     Raises UserError: Dask is not installed, nothing answers at the address, or workers have other
-        versions.
+        versions or several threads.
     """
     try:
         from distributed import Client
@@ -68,8 +68,8 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
         raise UserError(
             f"--dask {address}: needs Dask, which is not installed: pip install 'fingertap[dask]'"
         ) from error
-    # Tornado tells a lost connection by tracebacks of its own callbacks, now and then, beside the
-    # error that the futures have and `_lost` says.
+    # Tornado sometimes logs a lost connection as tracebacks of its own callbacks, beside the error
+    # that the futures carry and `_lost` reports.
     logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     try:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
@@ -85,7 +85,7 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
         def submit(*given: Any) -> Future[list[Row]]:
             try:
                 found: Future[list[Row]] = pool.submit(*given)
-            except Exception as error:  # of a client that has given up
+            except Exception as error:  # the client has given up
                 raise _lost(address) from error
             return found
 
@@ -95,7 +95,7 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
         try:
             yield Crew(submit, _count_of(client), lost)
         finally:
-            with suppress(Exception):  # of a client that has given up
+            with suppress(Exception):  # the client may have given up
                 pool.shutdown(wait=False)
 
 
@@ -107,13 +107,13 @@ def _lost(address: str) -> RunFailedError:
 
 
 def _count_of(client: Any) -> Callable[[], int]:
-    """How many workers there are, asked for now and then; while there is no answer, the last."""
+    """A function that returns the number of workers, or the last known one without an answer."""
     count, asked = len(client.nthreads()), time.monotonic()
 
     def workers_now() -> int:
         nonlocal count, asked
         if time.monotonic() - asked > COUNTED_S:
-            with suppress(Exception):  # a connection that is being made again
+            with suppress(Exception):  # the connection is being restored
                 count = len(client.nthreads())
             asked = time.monotonic()
         return count
@@ -124,7 +124,7 @@ def _count_of(client: Any) -> Callable[[], int]:
 def _check_workers(client: Any, address: str, models: Sequence[str]) -> None:
     """Refuse workers that would give other results, before any work is sent.
 
-    One that comes later is refused by `solve_tasks`.
+    A worker that joins later is refused by `solve_tasks`.
     """
     if not client.nthreads():
         say(f"{address}: has no workers yet; waiting for the first")
@@ -136,7 +136,7 @@ def _check_workers(client: Any, address: str, models: Sequence[str]) -> None:
             " loops of two runs can't share a process; start workers with --nthreads 1"
         )
     try:
-        with warnings.catch_warnings(action="ignore"):  # of what decides no bits, or below
+        with warnings.catch_warnings(action="ignore"):  # what matters is checked below
             client.get_versions(check=True)
         for model in models:
             for name, there in client.run(programs, model).items():
@@ -155,7 +155,7 @@ def solve_all(
     tasks: Sequence[SweepTask],
     keep: Callable[[SweepTask, Row], None],
 ) -> None:
-    """Solve tasks; every row is handed to `keep` as soon as its batch is there.
+    """Solve tasks; every row is handed to `keep` as soon as its batch is finished.
 
     Raises RunFailedError: the executor has lost a batch `TRIES` times, or its scheduler.
     """
@@ -168,7 +168,7 @@ def solve_all(
         if again:
             return again.popleft()
         model = todo[0].model
-        # of a model that has not been solved yet nobody knows how long it takes
+        # one scene for a model whose time is not known yet
         most = max(1, min(MOST_SCENES, int(BATCH_S / max(seconds.get(model, BATCH_S), 1e-3))))
         most = max(1, min(most, len(todo) // (2 * crew.workers() or 1)))
         chosen: list[SweepTask] = []
@@ -202,7 +202,7 @@ def _rows(
     future: Future[list[Row]], chosen: tuple[SweepTask, ...], tries: int,
     again: deque[tuple[tuple[SweepTask, ...], int]],
 ) -> list[Row]:  # fmt: skip
-    """A batch's rows; none of one that is to be sent again."""
+    """A batch's rows; none if the batch has to be sent again."""
     try:
         return future.result()
     except CancelledError as error:
@@ -212,7 +212,7 @@ def _rows(
                 " same command goes on"
             ) from error
         again.append((chosen, tries + 1))
-    except UserError:  # a worker that came later has another program
+    except UserError:  # a worker that joined later has another program
         raise
     except Exception as error:  # its worker died; the scenes' own errors are rows
         if len(chosen) == 1 and tries > 1:

@@ -18,7 +18,7 @@ MOST_MAPPED = 8  # variables of a map: 28 panels
 
 
 def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[str]) -> None:
-    """Each quantity of one model over the other's, with both stated errors."""
+    """Plot each quantity of one model over the other's, with both stated errors."""
     with panels(path, 2, len(TAP_AND_STRESS) // 2, height=3.0) as axes:
         for axis, entry in zip(axes.flat, TAP_AND_STRESS, strict=True):
             own, base = (np.abs(numbers(data, entry, p)) for p in (pair.own, pair.base))
@@ -44,7 +44,7 @@ def _bars(errors: Floats) -> Floats:
 
 
 def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) -> None:
-    """Share of scenes whose difference is no larger, a panel a quantity, a line a pair."""
+    """Plot the share of scenes below each difference: a panel per quantity, a line per pair."""
     with panels(path, 2, len(TAP_AND_STRESS) // 2, height=2.8, sharey=True) as axes:
         for axis, entry in zip(axes.flat, TAP_AND_STRESS, strict=True):
             for number, pair in enumerate(chosen):
@@ -52,7 +52,7 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
                 apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))
                 share = np.arange(1, apart.size + 1) / max(apart.size, 1)
                 color = COLORS[number % len(COLORS)]
-                title = pair.title.replace("$", r"\$")  # a variant's name is no formula
+                title = pair.title.replace("$", r"\$")  # a variant's name is not a formula
                 axis.step(100 * apart, 100 * share, where="post", color=color, label=title)
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
@@ -60,12 +60,12 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
 
 
 def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:
-    """An output over every two variables, one panel each."""
+    """Plot an output over every pair of variables, one panel per pair."""
     names = list(columns)[:MOST_MAPPED]
     rows = max(len(names) - 1, 1)
     size = float(np.nanquantile(np.abs(output.values), 0.98)) or 1.0
     low, high = (-size, size) if output.signed else (np.nanmin(output.values), size)
-    inches = max(2.1, 4.2 / rows)  # a panel alone is as wide as two
+    inches = max(2.1, 4.2 / rows)  # a single panel is as wide as two
     style = {"font.size": 8}
     with panels(path, rows, rows, width=inches, height=0.9 * inches, style=style) as axes:
         for row, column in itertools.product(range(rows), repeat=2):
@@ -90,13 +90,13 @@ def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:
 
 
 def _even_in_logarithm(values: Floats) -> bool:
-    """Whether half of the values lie near their ends' geometric mean, far from the other one."""
+    """Whether the range is wide and the median near the geometric mean of its ends."""
     low, high = values.min(), values.max()
     return bool(low > 0.0 and high > 30.0 * low and np.median(values) ** 2 < 10.0 * low * high)
 
 
 def _with_unit(name: str) -> str:
-    """The last word of a variable's name, with the unit of one that is a key (`page.variables`)."""
+    """The last word of a variable's name (`page.variables`), with its unit if it is a key."""
     number = scene_number_of(name) if name in known_keys() else None
     unit = number.unit if number else ""
     return f"{name.rpartition('.')[2]} ({unit})" if unit else name.rpartition(".")[2]

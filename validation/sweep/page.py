@@ -24,7 +24,7 @@ from validation.sweep.points import PointTable
 from validation.sweep.sensitivity import LEAST_POINTS, LEAST_Q2, MOST_MISSING, Floats, sobol
 
 WORST = 10
-WITHIN = (0.02, 0.05)  # shares that the table counts
+WITHIN = (0.02, 0.05)  # relative differences within which the table counts scenes
 REPORT = (
     *("index.html", "endings.*", "differences.*", "distribution.*"),
     *("parity-*", "worst-*", "map-*", "sobol.*"),
@@ -44,7 +44,7 @@ def pairs(plan: Plan) -> list[Pair]:
 
 
 def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
-    """A row a pair and a quantity: how far the models are apart, and what the stated errors say."""
+    """A row per pair and quantity: how far the models are apart, how often beyond stated errors."""
     rows = []
     for pair, entry in itertools.product(chosen, TAP_AND_STRESS):
         found = differences(data, entry, pair)
@@ -70,7 +70,7 @@ def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
 def worst(
     plan: Plan, points: PointTable, data: xarray.Dataset, pair: Pair
 ) -> Iterator[dict[str, Any]]:
-    """The scenes with the largest difference in force, impulse or duration, and how to rerun."""
+    """The scenes with the largest differences in force, impulse or duration; how to rerun them."""
     apart = np.array([np.abs(differences(data, entry, pair)) for entry in OF_A_TAP])
     largest = np.nan_to_num(apart, nan=-1.0).max(axis=0)
     for place in np.argsort(-largest)[:WORST].tolist():
@@ -98,15 +98,15 @@ def command(plan: Plan, points: PointTable, point: int, solver: int) -> str:
     changes = [*plan.common, *own, *points.overrides(point)]
     words = ["fingertap", "run", plan.source, "--model", chosen.model]
     tables = changed_scene(plan.scene, plan.document, changes, plan.source).tables
-    # a sweep asks for no accuracy by itself, `run` does
+    # unlike `run`, a sweep asks for no accuracy by default
     if default_accuracy(chosen.model, tables):
         words += ["--accuracy", NO_ACCURACY]
     return shlex.join([*words, *(word for change in changes for word in ("--set", change))])
 
 
 def variables(points: PointTable) -> dict[str, Floats]:
-    """Values by key of what varies: numbers, of lists the component that tells them apart; of other
-    lists and of words which of them it is, in the order of the points.
+    """What varies, by key, as numbers: for lists the component that tells them apart; for words and
+    other lists their number in order of appearance.
     """
     found = {}
     for key, values in points.columns.items():
@@ -132,7 +132,7 @@ def _hashable(value: Any) -> Hashable:
 
 
 def outputs(plan: Plan, data: xarray.Dataset, chosen: Sequence[Pair]) -> Iterator[Output]:
-    """Differences of the pairs; of a single model its numbers."""
+    """The pairs' differences in percent; without a pair, the single model's numbers."""
     for pair, entry in itertools.product(chosen, TAP_AND_STRESS):
         percent = 100 * differences(data, entry, pair)
         yield Output(f"{entry.title}: {pair.title}", "difference (%)", percent, signed=True)
@@ -144,7 +144,7 @@ def outputs(plan: Plan, data: xarray.Dataset, chosen: Sequence[Pair]) -> Iterato
 
 
 def sensitivities(columns: dict[str, Floats], found: Sequence[Output]) -> Iterator[dict[str, Any]]:
-    """A row an output: Q^2 of its surrogate, then first-order and total indices by variable."""
+    """A row per output: Q^2 of its surrogate, then first-order and total indices by variable."""
     table = np.array(list(columns.values())).T
     for output in found:
         indices = sobol(table, output.values)
@@ -169,13 +169,13 @@ SOBOL_NOTE = (
 
 
 def clear_report(folder: Path) -> None:
-    """Remove a report that the dataset beside it outgrows, perhaps one of more models."""
+    """Remove an older report, which does not fit the new dataset and may be of other models."""
     for old in itertools.chain.from_iterable(map(folder.glob, REPORT)):
         old.unlink(missing_ok=True)
 
 
 def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Dataset) -> Path:
-    """Figures, tables and ``index.html``; returns the page."""
+    """Write figures, tables and ``index.html``; returns the page's path."""
     chosen, columns = pairs(plan), variables(points)
     labels = [solver.label for solver in plan.solvers]
     found = [o for o in outputs(plan, data, chosen) if np.isfinite(o.values).any()]

@@ -1,6 +1,6 @@
 """A sweep's plan: a base scene, what varies, how points are chosen, which models solve them.
 
-The keys of the tables are explained at their fields; `read_plan` refuses whatever can't be meant.
+The keys of the tables are explained at their fields; `read_plan` refuses plans that make no sense.
 """
 
 import json
@@ -34,12 +34,12 @@ class Points(Table):
     """How points are chosen."""
 
     kind: Sampling = "sobol"
-    """Sobol's sequence, scrambled; a Latin hypercube; independent; all combinations; a file's."""
+    """Scrambled Sobol sequence; Latin hypercube; independent; all combinations; a file's points."""
     number: Annotated[int | None, SceneNumber(integer=True, at_least=1, at_most=MOST_POINTS)] = None
-    """How many; of a grid and of a file the numbers follow. The first points of a longer Sobol
-    sequence, or of more random points, are those of a shorter one: their results serve again."""
+    """How many points; not given for a grid or a file. A longer Sobol sequence, or one of more
+    random points, begins with the points of a shorter one, whose results are used again."""
     seed: Annotated[int, SceneNumber(integer=True, at_least=0, at_most=2**32)] = 0
-    """Of the choice: the same plan gives the same points."""
+    """Seed of the random choice: the same plan gives the same points."""
     file: str | None = None
     """CSV whose columns are keys of a scene, relative to the plan; a list is written [1, 2]."""
     columns: list[str] | None = None
@@ -52,9 +52,9 @@ class Solver(Table):
     model: str
     """hcm, fem3d, fem2d, or a plug-in's name."""
     variant: str = ""
-    """What this one is called beside others of the same model."""
+    """Name that tells it from other entries of the same model."""
     set: dict[str, Any] = Field({})
-    """Keys of the scene that are different for it."""
+    """Keys of the scene that differ for it, with their values."""
 
     @property
     def label(self) -> str:
@@ -74,8 +74,8 @@ class _Plan(Table):
 class Plan:
     """A checked plan.
 
-    name, folder : of its file. source, common : of the base scene and what is set in all scenes.
-    scene, document : name and tables of that scene.
+    name, folder : of its file. source, common : where the base scene is read from, and the
+    overrides of all scenes. scene, document : name and tables of the scene with these overrides.
     """
 
     name: str
@@ -95,7 +95,7 @@ def assignment(key: str, value: Any) -> str:
 
 
 def _on_one_line(value: Any) -> str:
-    """A value as TOML writes it; but for tables JSON writes alike. A date is a word, of no key."""
+    """A value as TOML writes it: as JSON, but for tables. A date, which no key takes, is text."""
     if isinstance(value, dict):
         parts = (f"{json.dumps(name)} = {_on_one_line(part)}" for name, part in value.items())
         return f"{{{', '.join(parts)}}}"

@@ -30,7 +30,7 @@ LARGEST_FILE = 1_000_000_000  # bytes of a file of points
 
 @dataclass(frozen=True)
 class PointTable:
-    """Values by key, one list of all points' each."""
+    """Values by key: for each key a list over all points."""
 
     columns: Mapping[str, Sequence[Any]]
 
@@ -63,7 +63,7 @@ def _shares(plan: Plan) -> NDArray[np.float64]:
     number, size = plan.points.number or 0, len(plan.vary)
     rng = np.random.default_rng(plan.points.seed)
     if plan.points.kind == "sobol":
-        # of a power of 2, of which the first ones are taken: the same whatever the number
+        # the first points of a power of 2: the same ones whatever the number
         cube = qmc.Sobol(size, rng=rng).random_base2(math.ceil(math.log2(number)))[:number]
     elif plan.points.kind == "latin-hypercube":
         cube = qmc.LatinHypercube(size, rng=rng).random(number)
@@ -79,12 +79,12 @@ def values_of(axis: Axis, shares: NDArray[np.float64]) -> list[Any]:
         return [axis.values[place] for place in places]
     found: list[float]
     if axis.distribution is not None:
-        # neither end of a distribution without ends is a number
+        # an unbounded distribution has infinite ends
         found = frozen(axis, "").ppf(np.clip(shares, 2.0**-40, 1.0 - 2.0**-40)).tolist()
         return found
     low, high = axis.low or 0.0, axis.high or 0.0
     inner = low * (high / low) ** shares if axis.log else low + (high - low) * shares
-    # the ends are those that are written, to the last bit
+    # the ends are exactly those in the plan
     found = np.where(shares < 1.0, np.clip(inner, low, high), high).tolist()
     return found
 

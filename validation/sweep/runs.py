@@ -1,8 +1,8 @@
 """One scene of a sweep by one model, on one thread, wherever it is solved.
 
-What is kept of a run is its scalars, their stated errors and how it ended, as a row of JSON. Its
-inputs are the scene, the model, and the program without the machine and the numbers of threads:
-points may be solved by many machines, in pieces. Each row names its processor.
+A run is kept as a row of JSON: its scalars, their stated errors and how it ended. Its inputs are
+the scene, the model, and the program without the machine and the numbers of threads: parts of a
+sweep may be solved on different machines. Each row names its processor.
 """
 
 import time
@@ -21,12 +21,12 @@ from validation.models.inputs import scene_inputs
 from validation.runs.execute import solve
 from validation.scenes.load import changed_scene
 
-# Statuses that a repeated run may not have: not kept, so that the next sweep tries again.
+# Statuses that a repeated run may avoid: not kept, so that the next sweep tries again.
 FAILED, CRASHED, INTERRUPTED = "FAILED", "CRASHED", "INTERRUPTED"
 RETRIED = (FAILED, CRASHED, INTERRUPTED)
 REFUSED = "REFUSED"
-NOT_SHARED = ("peak_memory_MB",)  # of a process that has solved other scenes before
-# Ends of environment variables that decide how fast one thread is, and not its bits.
+NOT_SHARED = ("peak_memory_MB",)  # that of a process which has solved other scenes too
+# Endings of environment variables that change the speed of one thread, but not its results.
 WITHOUT_EFFECT = ("_NUM_THREADS", "_WAIT_POLICY")
 
 Row = dict[str, Any]
@@ -36,7 +36,7 @@ Row = dict[str, Any]
 class SweepTask:
     """A point and a solver by their numbers, the scene's changes, and what names its result.
 
-    run : digest of the scene, the model and its program; equal ones have one result.
+    run : digest of the scene, the model and its program; tasks with equal ones share a result.
     """
 
     point: int
@@ -47,12 +47,12 @@ class SweepTask:
 
     @property
     def inputs(self) -> Inputs:
-        """What a store knows the result by: of a million of them, digests."""
+        """The store's key of the result: a short digest, as there may be a million."""
         return {"run": self.run}
 
 
 def on_one_thread(model: str) -> tuple[str, ...]:
-    """The override by which a solid takes one thread: scenes share the cores, to the same bits."""
+    """The override that gives a solid one thread, with the same bits: scenes share the cores."""
     return ("solver.fem.threads=1",) * (adapter(model).settings == "fem")
 
 
@@ -70,7 +70,7 @@ def task_of(
     point: int, solver: int, model: str, name: str, document: dict[str, Any],
     overrides: tuple[str, ...],
 ) -> SweepTask:  # fmt: skip
-    """The task of a point; a scene that is refused is known by its changes alone."""
+    """The task of a point; a refused scene is identified by its document and overrides."""
     inputs: dict[str, Any] = {"model": model, "program": programs(model)}
     try:
         scene = changed_scene(name, document, overrides, name)
@@ -84,9 +84,9 @@ def solve_tasks(
     name: str, document: dict[str, Any], tasks: Sequence[tuple[str, tuple[str, ...]]],
     wanted: Mapping[str, Mapping[str, Any]],
 ) -> list[Row]:  # fmt: skip
-    """In a worker: rows of (model, overrides), in their order.
+    """Solve tasks (model, overrides) in a worker; returns their rows in order.
 
-    wanted : `programs` by model, of the command that asks.
+    wanted : by model, the `programs` of the command that sends them.
     """
     from threadpoolctl import threadpool_limits
 
@@ -110,7 +110,7 @@ def check_program(own: Mapping[str, Any], wanted: Mapping[str, Any], where: str)
 
 
 def difference(own: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    """What two programs differ by, empty if by nothing."""
+    """The first difference between two programs, in words; empty if there is none."""
     for part in ("versions", "environment"):
         for name in sorted({*own[part], *wanted[part]}):
             here, there = own[part].get(name), wanted[part].get(name)
@@ -140,6 +140,6 @@ def _solve(
 
 
 def row(status: str, message: str) -> Row:
-    """A result without numbers, as it is kept; an error that could not be estimated is null."""
+    """A row without numbers, as it is kept; an error that could not be estimated is null."""
     found = {"status": status, "message": message, "summary": {}, "errors": {}, "spent_s": 0.0}
     return {**found, "processor": processor()}

@@ -1,4 +1,4 @@
-"""What ``fingertap validate`` is asked for, and its checks for continuous integration."""
+"""The arguments of ``fingertap validate``, and its checks for continuous integration."""
 
 import math
 import os
@@ -30,16 +30,16 @@ TOLERANCE_NAMES = {
     "tangential": "peak_tangential_force_N",
     "stress": "peak_stress_R_Pa",
 }
-NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # a name may hold them
+NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # allowed in names, not in XML
 KEYS = tuple(entry.key for entry in COMPARED)
 
 
 def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) -> Plan:
-    """What the command line asks for.
+    """The plan that the command line asks for.
 
     Raises UserError: a scene is refused or two have one name, a model is unknown, named twice, or
-        takes one of the scenes not, a tolerance or a file of curves can't be read, or a scene has
-        none.
+        refuses one of the scenes, a tolerance or a file of curves can't be read, or a scene has no
+        such file.
     """
     named = {}
     for source in scenes or PAPER.scenes.values():
@@ -72,7 +72,7 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
 
 
 def _data(files: Sequence[str], scenes: Mapping[str, NamedScene]) -> Mapping[str, Reference]:
-    """The curves of each scene: of the one that a file's sidecar names, or of the only one."""
+    """The curves of each scene: the scene is the one a file's sidecar names, or the only one."""
     data: dict[str, Reference] = {}
     for file in files:
         name = read_sidecar(Path(file)).scene or (next(iter(scenes)) if len(scenes) == 1 else "")
@@ -91,9 +91,9 @@ def _data(files: Sequence[str], scenes: Mapping[str, NamedScene]) -> Mapping[str
 
 
 def read_tolerances(text: str) -> Mapping[str, float]:
-    """Percent by a quantity's key, of ``peak=5,impulse=3``.
+    """Tolerances in percent by the quantity's key, from a text like ``peak=5,impulse=3``.
 
-    Raises UserError: a name is unknown, or what follows it is no positive number.
+    Raises UserError: a name is unknown or given twice, or its value is not a positive number.
     """
     found = {}
     for part in (part.strip() for part in text.split(",") if text):
@@ -117,7 +117,7 @@ def read_tolerances(text: str) -> Mapping[str, float]:
 
 
 def outcome(row: Difference) -> str:
-    """Of a tolerance that was asked for: inside, outside, cannot tell, or missing with a run."""
+    """The result of a tolerance check: inside, outside, cannot tell, or missing if a run is."""
     return "missing" if row.verdict is None else row.verdict.check or "cannot tell"
 
 
@@ -136,7 +136,7 @@ def check_text(row: Difference) -> str:
 def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Difference]:
     """Write ``validate.json`` (all verdicts) and ``junit.xml`` (a test for each tolerance).
 
-    Returns the differences that a tolerance was asked for.
+    Returns the differences for which a tolerance was given.
 
     failures : one line for each run that failed.
     """

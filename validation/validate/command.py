@@ -1,4 +1,4 @@
-"""``fingertap validate``: models compared on scenes, by default the paper's, and what they say."""
+"""``fingertap validate``: compare models on scenes, by default the paper's, and report."""
 
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,7 @@ def run_all(
 
 
 def isolated_ladder(plan: Plan, out: Path, full: bool, store: Store) -> Ladder:
-    """Rungs 2 and 3, in a process of their own; a crash is a failure among the others."""
+    """Compute rungs 2 and 3 in a process of their own; a crash is listed with the failures."""
     sources = tuple(plan.scenes.values()) if plan.in_full else ()
     try:
         ladder: Ladder = call_isolated(compute_ladder, sources, full, out / "converge", store)
@@ -53,7 +53,7 @@ def isolated_ladder(plan: Plan, out: Path, full: bool, store: Store) -> Ladder:
 
 
 def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) -> dict[str, Any]:
-    """Write all tables, figures, renders and the page; returns what the page names."""
+    """Write all tables, figures, renders and the page; returns the page's context."""
     accuracy = [
         row
         for scene in runs.scenes

@@ -13,7 +13,7 @@ MODEL_NAMES = {PAPER_REDUCED[0]: "the reduced model", REFINED: "the refined redu
 
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
-    """Those quantities of every model on every scene."""
+    """The differences in these quantities, of every model on every scene."""
     rows = []
     for scene in runs.scenes:
         reference = runs.reference(scene)
@@ -28,7 +28,7 @@ def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Dif
 def cumulative_differences(runs: Runs, scene: str) -> list[list[Difference]]:
     """A scene's differences with the paper's assumptions, then with one refined after the other.
 
-    Empty where the two models between which it leads are not both compared.
+    Empty unless both models, the paper's and the refined one, are compared.
     """
     reference = runs.reference(scene)
     if not {PAPER_REDUCED[0], REFINED} <= set(runs.plan.models):
@@ -41,7 +41,7 @@ def cumulative_differences(runs: Runs, scene: str) -> list[list[Difference]]:
 
 
 def labels(runs: Runs, scene: str) -> dict[str, str]:
-    """Names of a scene's compared models and of what they are compared with, with their times."""
+    """Names and times of a scene's compared models and, under "", of their reference."""
     found = {model: runs.of_model(scene, model) for model in runs.plan.models}
     named = {}
     for model, run in (found | {"": runs.reference(scene)}).items():
@@ -54,7 +54,7 @@ def labels(runs: Runs, scene: str) -> dict[str, str]:
 
 
 def unit_notes(runs: Runs) -> list[str]:
-    """Numbers that seem to be in another unit than their name says."""
+    """Notes on numbers that seem to be in another unit than their name says."""
     return [
         f"{row.scene}, {row.model}: {row.quantity.key} = {row.reduced:.4g} {row.quantity.unit} is "
         f"some {1000.0**power:g} times the reference's: is either in another unit than its name's?"
@@ -66,13 +66,13 @@ def unit_notes(runs: Runs) -> list[str]:
 
 
 def cautions(runs: Runs) -> list[str]:
-    """What the compared runs and their reference say of themselves."""
+    """The doubts that the compared runs and their references state."""
     named = (run for s in runs.scenes for run in (*runs.compared(s), runs.reference(s)))
     return [f"{run.scene}, {run.label}: {run.doubt}" for run in named if run and run.doubt]
 
 
 def sentences(rows: list[Difference]) -> list[str]:
-    """One sentence per scene and model on the peak force, in words that the numbers bear out."""
+    """One sentence per scene and model on the peak force, worded to match the numbers."""
     result = []
     for row in rows:
         if row.quantity != OF_A_TAP[0]:
@@ -98,7 +98,7 @@ def sentences(rows: list[Difference]) -> list[str]:
 
 
 def assumption_effects(runs: Runs) -> list[str]:
-    """Of each scene, by how much peak, impulse or duration move without a refined assumption."""
+    """A sentence per scene: the effect of each refined assumption on peak, impulse or duration."""
     result = []
     for scene in runs.scenes:
         whole = runs.of_model(scene, REFINED)

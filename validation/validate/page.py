@@ -1,4 +1,4 @@
-"""What ``fingertap validate`` draws, and what its page's template names."""
+"""The figures of ``fingertap validate``, and the context of its page's template."""
 
 from pathlib import Path
 from typing import Any
@@ -20,8 +20,8 @@ from validation.validate.headline import (
 from validation.validate.plan import MESHES, PAPER_REFERENCE, PENALTIES, REFINED, Runs, first_jobs
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
-PAPERS = " ".join(PAPER_REFERENCE)  # the reference whose tables hold what the paper prints
-HIDDEN = ("reference_model", "scene")  # said once above the page's table
+PAPERS = " ".join(PAPER_REFERENCE)  # the reference whose tables also show the paper's numbers
+HIDDEN = ("reference_model", "scene")  # stated once above the page's table
 CAPTION = (
     "Points: each model's difference from the reference; bars: what both runs state as numerical "
     "errors (none: one states none); times are of the solve."
@@ -36,7 +36,7 @@ CAPTIONS = {
 
 
 def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
-    """The first screen's figure, a part for each scene; returns paths and what they show."""
+    """Draw the first screen's figures, one per scene; returns paths and captions."""
     found = []
     for scene in runs.scenes:
         path = folder / f"differences-{safe_name(scene)}.png"
@@ -47,7 +47,7 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
 
 
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
-    """Figs. 7 and 9; returns paths and captions."""
+    """Draw figs. 7 and 9; returns paths and captions."""
     forces, meshes = folder / "forces.png", folder / "elements.png"
     lines = [r for s in runs.scenes for r in runs.drawn_runs(s)]
     band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
@@ -77,11 +77,11 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
 def draw_fields(
     folder: Path, runs_folder: Path, runs: Runs, interactive: bool = False
 ) -> dict[str, Renders]:
-    """Renders of the reference on every scene that it completed."""
+    """Render the reference on every scene that it completed."""
     result, jobs = {}, first_jobs(runs.plan)
     for scene in runs.scenes:
         if scene in runs.plan.data or adapter(runs.plan.reference).kind == "reduced":
-            continue  # forces alone
+            continue  # has forces, but no fields
         result[scene] = Renders({}, "no completed run to draw")
         if (run := runs.reference(scene)) is not None:
             wanted = (*STILL, "pressure", *[INTERACTIVE] * interactive)
@@ -92,7 +92,7 @@ def draw_fields(
 
 
 def read_back_note(runs: Runs) -> str:
-    """Which times and memories are of an earlier day; empty if all were measured now."""
+    """A note on times and memories that were measured earlier; empty if all are new."""
     days = sorted(str(run.provenance.get("created")) for run in runs.records if run.read_back)
     if not days:
         return ""
@@ -110,7 +110,7 @@ def page_context(
     apart: list[tuple[Path, str]],
     renders: dict[str, Renders],
 ) -> dict[str, Any]:
-    """What the page's template names."""
+    """The variables of the page's template."""
     headline = differences(runs)
     drawn = [
         (what, path, f"{scene} finger: {CAPTIONS[what]}")

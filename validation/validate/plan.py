@@ -14,21 +14,21 @@ from validation.scenes.load import load_scene
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import NO_ACCURACY
 
-DEFAULT_REFERENCE = ("fem3d", "contact")  # the reference by default: the first screen's
-PAPER_REFERENCE = ("fem3d", "ls-dyna-like")  # in the place of the paper's
+DEFAULT_REFERENCE = ("fem3d", "contact")  # the default reference, on the first screen
+PAPER_REFERENCE = ("fem3d", "ls-dyna-like")  # stands in for the paper's
 FAST = ("fem3d", "fast")
 HOLES = ("fem3d", "ls-dyna-like shaft holes")
 PLANE = ("fem2d", "fast")
 PAPER_REDUCED = ("hcm", "N=60")  # 20 elements a phalanx, whatever accuracy is the default
 REFINED = "hcm-refined"
-# First in their process: its memory is theirs.
+# Runs that come first in their process, so that its memory is theirs.
 OWN_PROCESS = (PAPER_REDUCED, DEFAULT_REFERENCE, PAPER_REFERENCE, FAST, PLANE)
 MESHES = {f"N={n}": f"N = {n}" for n in (60, 30, 15)}  # variants of hcm, the paper's fig. 7
-SHAFT_SHARE = 1 / 6  # radius over the smallest diameter; the paper draws holes, without a size
+SHAFT_SHARE = 1 / 6  # radius over the smallest diameter; the paper draws holes but gives no size
 PENALTY = "solver.fem.penalty_factor"
-NO_FEM_ACCURACY = f"solver.fem.accuracy={NO_ACCURACY}"  # beside a preset, which decides it
+NO_FEM_ACCURACY = f"solver.fem.accuracy={NO_ACCURACY}"  # with a preset, which decides it
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
-VARIED = (  # of the solid, by the paper's comparison
+VARIED = (  # keys of the solid that the paper's comparison varies
     *("mesh", "preset", "contact", "penalty_factor", "shaft_radius"),
     *("section_size", "axial_size", "tip_size", "growth", "halvings", "element"),
 )
@@ -36,12 +36,12 @@ VARIED = (  # of the solid, by the paper's comparison
 
 @dataclass(frozen=True)
 class Plan:
-    """Who is compared with whom, and on what.
+    """Which models are compared with which reference, and on which scenes.
 
-    scenes : what each scene is read from, by its name.
-    models : the ones that are compared, the first of them the headline's.
+    scenes : the source of each scene, by its name.
+    models : the compared models; the first is the headline's.
     reference : the model that they are compared with.
-    data : by the scene's name, curves of a file in the place of that model's run.
+    data : by the scene's name, curves from a file that replace the reference's run.
     tolerances : largest difference by a quantity's key, percent.
     """
 
@@ -53,7 +53,7 @@ class Plan:
 
     @property
     def notes(self) -> list[str]:
-        """What was done to the data, and what is left out, in lines."""
+        """Lines on what was done to the data, and on what is left out."""
         noted = [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]
         return noted + [
             f"the paper's comparison, over several meshes, is left out: {scene} states {key}"
@@ -62,7 +62,7 @@ class Plan:
 
     @cached_property
     def decided(self) -> Mapping[str, str]:
-        """Scenes that decide what the paper's comparison varies, and the key by which they do."""
+        """Scenes that state a key which the paper's comparison varies, with the first such key."""
         asked = self.scenes.items() if self._asked_in_full else ()
         keys = ((name, decisive_keys(load_scene(source).tables)) for name, source in asked)
         return {name: found[0] for name, found in keys if found}
@@ -85,8 +85,8 @@ PAPER = Plan()
 
 
 def decisive_keys(tables: Scene) -> list[str]:
-    """The keys that a scene states of meshes, contact laws, holes and assumptions: what the paper's
-    comparison varies itself, and names its runs by.
+    """The keys of meshes, contact laws, holes and assumptions that a scene states although the
+    paper's comparison varies them itself and names its runs by them.
     """
     stated = tables.solver.hcm.stated(hcm.Assumptions)
     beams = list(stated) if hcm.Assumptions(**stated).any else []
@@ -95,7 +95,7 @@ def decisive_keys(tables: Scene) -> list[str]:
 
 
 def validation_jobs(plan: Plan, estimate: bool = True) -> list[list[Job]]:
-    """Jobs of all scenes; each group shares a process, whose memory is its first job's."""
+    """Jobs of all scenes; a group shares a process, whose memory counts for its first job."""
     jobs = []
     for source in plan.scenes.values():
         if plan.in_full:
@@ -113,7 +113,7 @@ def validation_jobs(plan: Plan, estimate: bool = True) -> list[list[Job]]:
 
 
 def first_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
-    """A model's own job of a scene's source: the first of them (`Runs.of_model`)."""
+    """By source and model, the model's own job on that scene: its first (`Runs.of_model`)."""
     return {
         (j.scene, j.model): j for group in reversed(validation_jobs(plan)) for j in reversed(group)
     }
@@ -137,7 +137,7 @@ def assumption_jobs(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
 def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
     """Jobs of one scene in the paper's comparison; the first of a group is measured.
 
-    estimate : whether the runs that the page's tables compare state their errors; others don't.
+    estimate : whether the runs in the page's tables state their errors; the others never do.
     """
     beams, solid = estimate_override("hcm"), estimate_override("fem3d")
     own, reference = (estimate_override(model, estimate) for model in ("hcm", "fem3d"))
@@ -181,7 +181,7 @@ class Runs:
 
     @property
     def scenes(self) -> tuple[str, ...]:
-        """Their names."""
+        """Names of the scenes."""
         return tuple(self.plan.scenes)
 
     def find(self, scene: str, which: tuple[str, str]) -> RunRecord | None:
@@ -192,7 +192,7 @@ class Runs:
         )
 
     def find_all(self, scene: str, which: Sequence[tuple[str, str]]) -> list[RunRecord]:
-        """Those of the named runs that completed."""
+        """The completed runs of a scene among these models and variants."""
         return [run for one in which if (run := self.find(scene, one)) is not None]
 
     def of_model(self, scene: str, model: str) -> RunRecord | None:
@@ -201,7 +201,7 @@ class Runs:
         return found if found is not None and found.ok else None
 
     def reference(self, scene: str) -> RunRecord | None:
-        """The run, or the data, that the first screen compares with."""
+        """The run or data with which the first screen compares."""
         data = self.plan.data.get(scene)
         return data.record if data else self.of_model(scene, self.plan.reference)
 
@@ -211,13 +211,13 @@ class Runs:
         return [run for run in runs if run is not None]
 
     def references(self, scene: str) -> list[RunRecord]:
-        """The runs that the models are compared with, the first screen's first."""
+        """The runs with which the models are compared; the first screen's comes first."""
         first = self.reference(scene)
         others = self.find_all(scene, OWN_PROCESS[1:]) if self.plan.in_full else []
         return ([] if first is None else [first]) + [run for run in others if run is not first]
 
     def comparisons(self, scene: str) -> list[tuple[RunRecord, list[RunRecord]]]:
-        """The compared runs and their references; then the paper's elements beside its rung."""
+        """The compared runs with their references; then PAPER_REDUCED with PAPER_REFERENCE."""
         own, rung = self.find(scene, PAPER_REDUCED), self.find(scene, PAPER_REFERENCE)
         papers = [] if own is None or rung is None else [(own, [rung])]
         return [(run, self.references(scene)) for run in self.compared(scene)] + papers
@@ -227,7 +227,7 @@ class Runs:
         return self.compared(scene) + self.references(scene)
 
     def spread_over(self, scene: str) -> list[RunRecord]:
-        """The three-dimensional runs over meshes and penalty factors, all with plain hinges."""
+        """The completed 3D runs with various meshes and penalty factors, all with plain hinges."""
         solids = [r for r in self.records if r.ok and r.scene == scene and r.model == "fem3d"]
         return [run for run in solids if run.variant != HOLES[1]]
 

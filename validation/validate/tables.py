@@ -1,6 +1,6 @@
 """The page's tables of accuracy and efficiency, with sources, and the paper's Tables 2 and 3.
 
-The paper's reference, LS-DYNA on a 4-core laptop of 2016, has the preset ls-dyna-like in its place.
+The preset ls-dyna-like stands in for the paper's reference, LS-DYNA on a 4-core laptop of 2016.
 """
 
 from collections.abc import Mapping, Sequence
@@ -49,7 +49,7 @@ COLUMNS_3 = (*_COMMON, "reference_over_hcm", "reference_over_hcm_paper")
 
 
 def printed(scene: str, key: str) -> dict[str, Claim]:
-    """What the paper prints of a quantity: of ``hcm``, of the ``reference``, of the ``error``."""
+    """The paper's claims on a quantity: of ``hcm``, of the ``reference``, and of the ``error``."""
     table, name = ("Table 2", TABLE_2.get(key)) if key in TABLE_2 else ("Table 3", TABLE_3.get(key))
     prefixes = {"hcm": "HCM", "reference": "reference", "error": "error of"}
     found = {who: find(table, scene, f"{text} {name}") for who, text in prefixes.items()}
@@ -109,7 +109,7 @@ def accuracy_rows(
 
 
 def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str, Any]:
-    """What Table 2 prints of a quantity, beside the reference that stands in for LS-DYNA."""
+    """Table 2's numbers for the two runs that stand in for the paper's; empty for others."""
     pair = (reduced.model, reduced.variant, reference.model, reference.variant)
     if key not in TABLE_2 or pair != (*PAPER_REDUCED, *PAPER_REFERENCE):
         return {}
@@ -127,7 +127,7 @@ def efficiency_rows(
 ) -> list[dict[str, Any]]:
     """One row per run, each measured alone in a fresh process with its compiled code warm.
 
-    models : that are compared; the others are what they are compared with.
+    models : the compared ones; all others are references.
     """
     return [
         {
@@ -145,7 +145,7 @@ def efficiency_rows(
 
 
 def _of_table_3(run: RunRecord) -> dict[str, Any]:
-    """What Table 3 prints, beside the models that stand in for the paper's."""
+    """Table 3's numbers for a run that stands in for one of the paper's; empty for others."""
     who = {PAPER_REDUCED: "hcm", PAPER_REFERENCE: "reference"}.get((run.model, run.variant))
     if who is None:
         return {}
@@ -160,7 +160,7 @@ def _of_table_3(run: RunRecord) -> dict[str, Any]:
 
 
 def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
-    """Rows of Table 2 or 3, by its quantities; the paper's error is a magnitude, ours is signed."""
+    """Rows of Table 2 or 3, for `names`; the paper's error is a magnitude, ours is signed."""
     rows = []
     for scene in runs.scenes:
         ran = {

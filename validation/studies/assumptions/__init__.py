@@ -1,1 +1,1 @@
-"""What each assumption of the reduced model is worth on a scene."""
+"""The effect of each assumption of the reduced model, on a scene and over many."""

@@ -1,4 +1,4 @@
-"""``fingertap waterfall``: what each assumption of the reduced model is worth on a scene."""
+"""``fingertap waterfall``: the effect of each assumption of the reduced model on a scene."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -85,7 +85,7 @@ def _write(
     folder: Path, scene: str, variants: Sequence[Variant], rows: list[list[Difference]],
     reference: RunRecord,
 ) -> None:  # fmt: skip
-    """``waterfall.csv``, ``.md``, ``.tex`` and ``waterfall.png``."""
+    """Write ``waterfall.csv``, ``.md``, ``.tex`` and ``waterfall.png``."""
     lines = [
         {"assumptions": variant.name}
         | {f"{one.quantity.key}_error_percent": one.error_percent for one in found}

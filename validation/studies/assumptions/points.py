@@ -1,9 +1,9 @@
 """The study's scenes: fingers that fall from rest, horizontal, and touch with the tip.
 
 Scrambled Sobol points over the phalanges' number, L/d, E, rho, nu, mu and the last phalanx's angle
-theta at the touch: uniform angles, for uniform heights are mostly touched by other parts. Rods of
-the true body's masses (`hcm.flight.rigid_chain`) fall until theta is reached; the surface is where
-the sphere about the end's centre then is lowest, H = sum L sin theta_i + R (1 - sin theta_P).
+theta at the touch (angles are uniform, since other parts would touch first at most of uniform
+heights). Rods of the true body's masses (`hcm.flight.rigid_chain`) fall to theta; the surface is at
+the lowest point of the sphere about the end's centre, H = sum L sin theta_i + R (1 - sin theta_P).
 """
 
 import math
@@ -21,7 +21,7 @@ from validation.sweep.axis import Axis
 from validation.sweep.plan import assignment
 from validation.sweep.points import values_of
 
-DIAMETER = 0.015  # m: other sizes are other densities, for gravity alone has a length
+DIAMETER = 0.015  # m: another size amounts to another density, as only gravity has a length
 LONGEST_FALL_S = 1.0
 # keys of a scene, or the angle in degrees
 RANGES = {
@@ -36,7 +36,7 @@ RANGES = {
 
 
 def points(number: int, seed: int = 0) -> list[dict[str, Any]]:
-    """The first so many points, a power of 2, by column; numbers to six digits."""
+    """The first `number` points, each a dictionary by column, with numbers to six digits."""
     from scipy.stats import qmc
 
     cube = qmc.Sobol(len(RANGES), rng=np.random.default_rng(seed)).random_base2(
@@ -49,7 +49,7 @@ def points(number: int, seed: int = 0) -> list[dict[str, Any]]:
 
 
 def _point(found: dict[str, Any]) -> dict[str, Any]:
-    """With what follows from the ranges' values."""
+    """A point with what follows from its values in the ranges."""
     found["finger.phalanges"] = int(found["finger.phalanges"])
     found["surface.height"] = six(_height(found))
     touch = solid_mesh.predicted_touch(tables_of(found), 3)
@@ -62,7 +62,7 @@ def _point(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def tables_of(point: dict[str, Any]) -> Scene:
-    """The tables of a point's scene; what is no key of a scene has no dot."""
+    """The tables of a point's scene; columns without a dot are not keys of a scene."""
     keys = {"finger.diameter": DIAMETER} | {key: v for key, v in point.items() if "." in key}
     return load_scene("soft", [assignment(key, value) for key, value in keys.items()]).tables
 
@@ -94,5 +94,5 @@ def _height(found: dict[str, Any]) -> float:
 
 
 def six(value: float) -> float:
-    """To six digits."""
+    """A number rounded to six digits."""
     return float(f"{value:.6g}")

@@ -1,7 +1,7 @@
-"""Which assumptions a scene can do without, said before a run: thresholds on what is known then.
+"""Which assumptions a scene can do without: thresholds on quantities that are known before a run.
 
 An assumption may be left out where peak, impulse and duration move by at most the error allowed.
-Its rule is one inequality, x <= t or x >= t, of the quantity x that lets the most scenes do without
+Its rule is one inequality, x <= t or x >= t, in the quantity x that lets the most scenes do without
 it and few of them wrongly, fitted on one half of the Sobol points and judged on the other.
 """
 
@@ -16,7 +16,7 @@ from hcm.arrays import Floats
 from validation.studies.assumptions.points import DIAMETER
 
 ALLOWED = (1.0, 2.0, 5.0)  # percent
-WRONG = 0.05  # of the scenes that a rule holds for, where it is fitted
+WRONG = 0.05  # largest wrong share of the scenes that a rule holds for, when fitted
 
 
 def features(table: pd.DataFrame) -> pd.DataFrame:
@@ -32,14 +32,14 @@ def features(table: pd.DataFrame) -> pd.DataFrame:
 
 @dataclass(frozen=True)
 class Rule:
-    """``sign x <= limit`` of the quantity of that name; never, without one."""
+    """The rule ``sign x <= limit`` for the quantity x of that name; without one it never holds."""
 
     name: str = ""
     sign: float = 1.0
     limit: float = -np.inf
 
     def holds(self, known: pd.DataFrame) -> NDArray[np.bool_]:
-        """Of which scenes it says that they can do without."""
+        """Whether each scene can do without the assumption by this rule."""
         if not self.name:
             return np.zeros(len(known), dtype=bool)
         return np.asarray(self.sign * known[self.name] <= self.limit)
@@ -66,7 +66,7 @@ def fitted(known: pd.DataFrame, moved: Floats, allowed: float) -> Rule:
 
 
 def rules(table: pd.DataFrame, moved: Floats, names: list[str], cost: Floats) -> pd.DataFrame:
-    """A row for each assumption and error: the rule of all scenes, and how halves judge each other.
+    """A row for each assumption and error: the rule of all scenes, and its check by halves.
 
     moved : (assumption, scene), percent, nan where a run did not complete.
     cost : (assumption,), the median share of the refined model's time that a run takes without it.

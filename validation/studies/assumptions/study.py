@@ -1,11 +1,11 @@
-"""The study's dataset: scenes, and what the reference gave on each with its stated errors.
+"""The study's dataset: scenes, and the reference's numbers on each with their stated errors.
 
 A scene is solved to the first of `ACCURACIES`, the finest that a solid may be asked for, and to the
-next where that did not complete: fine meshes of a large patch are crushed sooner. Edges grow more
-slowly behind the patch than an accuracy lets them, which is worth 0.1 to 0.3 % of a peak. Where a
-number is not known to `BARS` then, edges are finer where it touches; and where it still is not, the
-tap's touches are those that it has, for another end of it is no error of theirs. Sweeps solve them,
-so that a study that was stopped goes on.
+next if that did not complete: fine meshes of a large patch are crushed sooner. Edges grow more
+slowly behind the patch than an accuracy prescribes, which changes a peak by 0.1 to 0.3 %. If a
+number is then not known to `BARS`, the edges at the contact are refined; if it still is not, the
+tap's end is held where it is, since another end is no error of its touches. The scenes are solved
+in sweeps, so that a study that was stopped can be resumed.
 """
 
 from collections.abc import Sequence
@@ -35,21 +35,21 @@ ACCURACIES, GROWTH = (2e-3, 3e-3, 5e-3), 1.25
 BARS = dict(zip((entry.key for entry in TAP_AND_STRESS), (0.01, 0.005, 0.02, 0.05), strict=True))
 TIP, FINER = "solver.fem.tip_size", 0.7
 HELD = "solver.fem.tap_until"  # s; 0: the tap ends by the reference's rule
-# Of the reduced model, whose own settings leave 0.3 % of a peak and 1 % of a stress.
+# Accuracy of the reduced model, whose own settings leave 0.3 % of a peak and 1 % of a stress.
 CONVERGED = 1e-4
-LONGEST_S = 0.05  # of a tap: soft fingers stay for milliseconds
+LONGEST_S = 0.05  # limit of a tap: soft fingers stay for milliseconds
 STATUS = "reference_status"
 UNTIL = "solver.hcm.tap_until"
 ELASTIC, OWN = "refined, elastic flight", "refined, its own tap"
 
 
 def read_study() -> pd.DataFrame:
-    """The stored one, a row for each scene."""
+    """The stored study, one row per scene."""
     return pd.read_csv(DATA / FILE)
 
 
 def known(table: pd.DataFrame) -> pd.Series:
-    """Of each scene whether the reference completed and keeps the bars."""
+    """Whether the reference completed each scene, with errors within `BARS`."""
     kept = table[STATUS] == "COMPLETED"
     for key, bar in BARS.items():
         kept &= table[f"{key}_error"] <= bar * table[key].abs()
@@ -57,12 +57,12 @@ def known(table: pd.DataFrame) -> pd.Series:
 
 
 def by_reference(table: pd.DataFrame, name: str, workers: int | None, out: Path) -> pd.DataFrame:
-    """Scenes with the reference's numbers, each to its own accuracy."""
+    """Solve scenes with the reference, each to its own accuracy; returns them with its numbers."""
     found = _swept(table, name, [{"model": REFERENCE}], (ACCURACY,), workers, out).isel(model=0)
     table = table.assign(**{STATUS: found["status"].to_numpy()})
     for entry in TAP_AND_STRESS:
         for key in (entry.key, f"{entry.key}_error"):
-            table[key] = found[key].to_numpy() if key in found else np.nan  # where none completed
+            table[key] = found[key].to_numpy() if key in found else np.nan  # if none completed
     return table
 
 
@@ -90,7 +90,7 @@ def solved(points: Sequence[dict[str, Any]], workers: int | None, out: Path) -> 
 
 
 def _tip_size(row: dict[str, Any]) -> float:
-    """Edges where a scene touches by its accuracy, m, to six digits."""
+    """Edges at the contact that a scene's accuracy asks for, m, to six digits."""
     sizing, _ = sizing_of(tables_of(row), 3)
     return six(sizing.tip_size)
 
@@ -98,10 +98,10 @@ def _tip_size(row: dict[str, Any]) -> float:
 def by_variants(
     table: pd.DataFrame, variants: Sequence[Variant], workers: int | None, out: Path
 ) -> xarray.Dataset:
-    """The study's scenes by the reduced model: a sweep's dataset (scene, model).
+    """Solve the study's scenes by the reduced model; returns a sweep's dataset (scene, model).
 
-    It flies rigid, as the reference does, and its tap has the touches that begin within the
-    reference's: where a tip leaves for a moment, or all but does, two models end a tap with
+    Its flight is rigid, as the reference's is, and its tap includes the touches that begin within
+    the reference's: where a tip leaves for a moment, or nearly does, two models may end a tap after
     different touches. The last two are the refined model again, with an elastic flight, which the
     reference leaves out, and with its own end of the tap.
     """
@@ -126,7 +126,7 @@ def _swept(
     table: pd.DataFrame, name: str, models: list[dict[str, Any]], more: tuple[str, ...],
     workers: int | None, out: Path,
 ) -> xarray.Dataset:  # fmt: skip
-    """A sweep over the table's scenes, its plan and points written beside it."""
+    """Run a sweep over the table's scenes, whose plan and points are written beside it."""
     keys = [key for key in table.columns if "." in key and key != ACCURACY]
     folder = output_folder(out / "study")
     write_text(folder / f"{name}.csv", table[[*keys, *more]].to_csv(index=False))
@@ -137,7 +137,7 @@ def _swept(
             "finger.diameter": DIAMETER,
             "solver.fem.max_contact_time": LONGEST_S,
             "solver.fem.growth": GROWTH,
-            # as the reduced model does here
+            # as in the reduced model here
             "solver.fem.flight": "rigid",
             "solver.hcm.accuracy": CONVERGED,
             "solver.hcm.estimate": False,

@@ -1,8 +1,8 @@
-"""``fingertap study``: what each assumption of the reduced model is worth over many fingers.
+"""``fingertap study``: the effect of each assumption of the reduced model over many fingers.
 
-The reduced model flies rigid as the reference does, and its tap has the touches that begin within
-the reference's, so that they differ by what happens in the same touches. Beside it stands the
-refined model once more, with an elastic flight, and with its own end of the tap.
+The reduced model's flight is rigid, as the reference's is, and its tap includes the touches that
+begin within the reference's, so that both are compared over the same touches. The refined model is
+also solved with an elastic flight, and with its own end of the tap.
 """
 
 import math
@@ -44,9 +44,9 @@ from validation.studies.assumptions.study import (
 )
 
 WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in TAP_AND_STRESS}  # percent
-OUTER = 5.0  # percent, that no number of any scene may be beyond
+OUTER = 5.0  # percent: the wider limit on all four numbers of a scene
 SEEDS = 2**32 - 1  # the largest that pandas takes
-APART = 1e-3  # of durations over the same touches, whose steps' errors are 1e-4
+APART = 1e-3  # of durations: beyond it the touches differ, as steps' errors are 1e-4
 DRAWN, EDGE = (0.1, 100.0), 8.0  # percent: what the waterfall shows, and the map
 
 
@@ -63,12 +63,12 @@ def study(
     Parameters
     ----------
     again
-        So many random ones of the stored scenes are solved by the reference again, and compared.
+        Number of stored scenes, drawn at random, to solve by the reference again and compare.
     solve
-        So many scenes, the first of a Sobol sequence, are solved by the reference: hours. The
-        stored dataset was made so.
+        Number of scenes, the first of a Sobol sequence, to solve by the reference: hours. The
+        stored dataset was made in this way.
     seed
-        Of the choice of scenes.
+        Seed of the choice of scenes.
     workers
         Processes; by default one a core.
     out
@@ -102,7 +102,7 @@ def study(
 
 
 def _compare(table: pd.DataFrame, ended: Any, workers: int | None, out: Path, folder: Path) -> None:
-    """Solve the scenes by each variant; tables, a figure, and what they say."""
+    """Solve the scenes by each variant; write tables and a figure, and print a summary."""
     solid = table[ended]
     variants = all_variants()
     runs = by_variants(table, variants, workers, out)
@@ -131,7 +131,7 @@ def _compare(table: pd.DataFrame, ended: Any, workers: int | None, out: Path, fo
 
 
 def _flight(numbers: Floats, table: pd.DataFrame) -> str:
-    """What the reference's rigid flight, which its own errors leave out, is worth."""
+    """A sentence on the effect of a rigid flight, which the reference's own errors leave out."""
     moved = 100.0 * np.abs(numbers[-2] / numbers[len(cumulative()) - 1] - 1.0)
     parts = [
         f"{entry.title} {two_digits(np.nanmedian(one))} % ({two_digits(np.nanpercentile(one, 90))},"
@@ -162,7 +162,7 @@ def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
 def numbers_of(runs: xarray.Dataset) -> Floats:
     """`TAP_AND_STRESS` of (variant, scene, quantity); nan where a run did not complete.
 
-    A finger that is too flexible for a rigid flight is one for the reference's as well.
+    A finger that is too flexible for a rigid flight is so for the reference's as well, and counts.
     """
     ended = np.isin(runs["status"].to_numpy().T, ("COMPLETED", "TOO_FLEXIBLE"))
     found = np.stack([runs[entry.key].to_numpy().T for entry in TAP_AND_STRESS], axis=-1)
@@ -181,7 +181,7 @@ def _rules(table: pd.DataFrame, numbers: Floats, runs: xarray.Dataset) -> pd.Dat
 
 
 def shares_of(errors: Floats, names: Sequence[str], bars: Floats) -> pd.DataFrame:
-    """Shares of scenes inside `WANTED` and `OUTER`, and medians; what has no number is outside.
+    """Shares of scenes inside `WANTED` and `OUTER`, and medians; a missing number is outside.
 
     errors : (variant, scene, quantity), %. bars : (scene, quantity), the reference's own errors, %.
     """
@@ -205,7 +205,7 @@ def _share(inside: NDArray[np.bool_]) -> float:
 
 
 def _draw(path: Path, table: pd.DataFrame, errors: Floats, variants: tuple[Variant, ...]) -> None:
-    """Above the waterfall of medians and 90th percentiles, below the refined model's errors."""
+    """Draw the waterfall of medians and 90th percentiles, and the refined model's errors below."""
     size, steps = np.abs(errors), len(cumulative())
     with panels(path, len(TAP_AND_STRESS), 2, width=3.2, height=3.9) as axes:
         names, titles = (
@@ -227,13 +227,13 @@ def _draw(path: Path, table: pd.DataFrame, errors: Floats, variants: tuple[Varia
 
 
 def _short(name: str) -> str:
-    """What is left out by its first assumption, and how many more need that."""
+    """A variant's short name: its first assumption, and how many others need that."""
     first, *others = name.split(" and ")
     return first + f" and {len(others)} that need it" * bool(others)
 
 
 def _map(axis: Any, table: pd.DataFrame, errors: Floats, of: Quantity) -> None:
-    """Errors over the predicted patch, with the reference's; those beyond are drawn at the edge."""
+    """Plot errors over the predicted patch, with the reference's; those beyond `EDGE` lie on it."""
     patch = table["patch_over_radius"]
     bars = 100.0 * table[f"{of.key}_error"] / table[of.key].abs()
     shown = np.clip(errors, -EDGE, EDGE)

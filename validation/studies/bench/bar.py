@@ -1,6 +1,6 @@
 """The reference and other programs on one bar, one after the other: updates/s and displacement.
 
-A program that is not installed is left out; one that fails is a row that says how.
+A program that is not installed is left out; one that fails gets a row that says how.
 """
 
 import subprocess
@@ -22,7 +22,7 @@ OWN = "fingertap"
 
 @dataclass(frozen=True)
 class BarRow:
-    """One code and element; what it did, or why it did not."""
+    """One code and element with its run, or why there is none."""
 
     code: str
     version: str
@@ -34,12 +34,12 @@ class BarRow:
 
     @property
     def updates_per_s(self) -> float:
-        """Element updates per second of whole steps; 0 of a program that failed."""
+        """Element updates per second of whole steps; 0 for a program that failed."""
         return 0.0 if self.ran is None else self.bar.elements / self.ran.seconds_per_step
 
 
 def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
-    """One row; a program that fails says how."""
+    """Run a program; returns its row, which says how it failed if it did."""
     head = (program.name, program.version, program.licence, element, bar)
     try:
         return BarRow(*head, program.run_bar(bar, element))
@@ -50,9 +50,9 @@ def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
 
 
 def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
-    """The reference, every program that is there, and the reference again: its best time counts.
+    """Run the reference, every installed program, and the reference again: its best time counts.
 
-    All on as many threads as the bar asks for and numba may use.
+    All use as many threads as the bar asks for and numba may use.
     """
     bar = replace(bar, threads=min(bar.threads, numba.config.NUMBA_NUM_THREADS))
     cases = [(program, e) for program in PROGRAMS if program.present for e in program.elements]
@@ -76,10 +76,10 @@ def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
 
 
 def table(rows: list[BarRow]) -> list[dict[str, Any]]:
-    """One row a code and element; how many times as fast the reference is.
+    """One row per code and element, with how many times as fast the reference is.
 
     ``hex8_sri_over_it`` compares with the reference's 8-point hexahedron, ``same_points_over_it``
-    with the hexahedron of as many points.
+    with its hexahedron of as many points.
     """
     speed = {row.ran.points: row.updates_per_s for row in rows
              if row.code == OWN and row.ran is not None}  # fmt: skip

@@ -33,7 +33,7 @@ QUICK_BUDGET_S, BUDGET_S = 0.15, 0.5  # for the repeats of one setting
 
 @contextmanager
 def _timing(what: str) -> Iterator[Progress]:
-    """A progress bar, and BLAS on one thread: what else would share a run's cores."""
+    """A progress bar, with BLAS on one thread, so that it does not share a run's cores."""
     from threadpoolctl import threadpool_limits
 
     with progress_bar(what) as progress, threadpool_limits(1, user_api="blas"):
@@ -101,7 +101,7 @@ def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
 
 
 def _bench_peers(folder: Path, quick: bool) -> None:
-    """Peers of hcm on its scene and of the reference on a bar, one after the other."""
+    """Measure peers of hcm on its scene and of the reference on a bar, one after the other."""
     for name in [*finger_peers.absent(), *bar_programs.absent()]:
         say(f"skipped: {name} is not installed")
     versions = {"Exudyn": version("exudyn")} | {
@@ -122,7 +122,7 @@ def _bench_peers(folder: Path, quick: bool) -> None:
 
 
 def _bench_shortcuts(folder: Path, quick: bool) -> None:
-    """The skip ledger; a ledger that is stopped keeps its lines."""
+    """Measure the skip ledger; if it is stopped, its lines so far are kept."""
     save_machine(folder, "machine-skips", {"quick": quick})
     with _timing("skips") as progress:
         entries = []
@@ -154,7 +154,7 @@ def bench(
         Exudyn beside hcm on its scene, CalculiX, Akantu and Kratos beside the reference on a bar
         instead (extra bench, apt-get install calculix-ccx); absent peers are named.
     resume
-        Take the points of work-precision that a stopped benchmark has left.
+        Reuse the work-precision points that a stopped benchmark has left.
     out
         Folder for bench/: index.html, tables as CSV and Markdown, figures, machine.json.
     """

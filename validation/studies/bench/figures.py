@@ -17,8 +17,8 @@ from validation.studies.bench.truths import TRUTHS, Truth
 from validation.studies.bench.work_precision import Point, front
 
 MARKERS = "osD^vPX"
-SMALLEST = 1e-12  # what is drawn of an error that is zero
-MANY = 300.0  # times a range's low end: too wide for three ticks a decade
+SMALLEST = 1e-12  # drawn for an error of zero
+MANY = 300.0  # times a range's low end: too wide for three ticks per decade
 HEADROOM = 6.0  # above the highest point, for the crosses of failed runs
 ERRORS = (
     ("peak", r"error of peak $F_n$"),
@@ -37,9 +37,9 @@ def _draw_series(
     axis: Any, points: Sequence[Point], quantity: str, scale: float, style: dict[str, Any],
     line: dict[str, Any],
 ) -> None:  # fmt: skip
-    """A line through the settings that no other one beats, the others pale, failures as crosses.
+    """Draw a line through the settings that none beats, the others pale, failures as crosses.
 
-    Times are multiplied by `scale`; failures stand at the top, where they spent their time.
+    Times are multiplied by `scale`; failures are at the top, at the time that they took.
     """
     every = [(p.wall_time_s, float(getattr(p.errors, quantity))) for p in points if p.ok]
     for pairs, given in (
@@ -60,7 +60,7 @@ def _logarithmic(axis: Any, title: str, x: str, size: int) -> None:
 
 
 def _plain_ticks(axis: Any) -> None:
-    """Ticks written plainly; 1, 2, 5 of every decade where there is room: few decades."""
+    """Write ticks as plain numbers, at 1, 2, 5 of every decade if there are few decades."""
     from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
 
     low, high = axis.get_view_interval()
@@ -70,7 +70,7 @@ def _plain_ticks(axis: Any) -> None:
 
 
 def work_precision(path: Path, points: Sequence[Point]) -> None:
-    """One row a study, one column a quantity; a dotted line is the truth's own error."""
+    """Draw a row per study, a column per quantity; a dotted line is the truth's own error."""
     studies = list(dict.fromkeys(point.study for point in points))
     with panels(path, len(ERRORS), len(studies), width=3.4) as axes:
         for row, study in zip(axes, studies, strict=True):
@@ -97,10 +97,10 @@ def work_precision(path: Path, points: Sequence[Point]) -> None:
 
 
 def both_models(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]) -> None:
-    """What an error against a model's own truth costs, and how far apart the truths are.
+    """Draw the cost of an error against each model's own truth, and the gap between the truths.
 
-    No refinement brings a model nearer to the other than the gap between their truths: a point
-    below the gap is exact as far as the comparison goes.
+    No refinement brings one model nearer to the other than the gap between their truths: a point
+    below the gap is exact as far as the comparison is concerned.
 
     points : `Point.solver` is the model.
     truths : by model; ``hcm``, ``fem3d`` and ``fem2d``.
@@ -131,7 +131,7 @@ def both_models(path: Path, points: Sequence[Point], truths: Mapping[str, Truth]
 
 
 def scaling(path: Path, sizes: Sequence[Size]) -> None:
-    """Time of a step against elements and phalanges, with the fitted exponent."""
+    """Draw the time of a step against elements and phalanges, with the fitted exponent."""
     groups = list(dict.fromkeys(size.what for size in sizes))
     with panels(path, len(groups)) as axes:
         for axis, what in zip(axes[0], groups, strict=True):
@@ -161,7 +161,7 @@ def _bars(
 
 
 def kernels(path: Path, speeds: Sequence[Speed]) -> None:
-    """Updates per second of the reference's kernels, alone and in the whole step."""
+    """Draw updates per second of the reference's kernels, alone and in the whole step."""
     names = [f"{s.element}, {s.threads} thread{'s' if s.threads > 1 else ''}" for s in speeds]
     title = f"{speeds[0].elements:,} elements"
     with _bars(path, names, "million element updates/s", title) as axis:
@@ -178,7 +178,7 @@ def kernels(path: Path, speeds: Sequence[Speed]) -> None:
 
 
 def bar_peers(path: Path, rows: Sequence[BarRow]) -> None:
-    """Updates per second of every code on the bar; a peer that failed is named, without a bar."""
+    """Draw updates per second of every code on the bar; a failed peer is named, without a bar."""
     names = [f"{row.code} {row.version}\n{row.element[:30]}" for row in rows]
     bar = rows[0].bar
     title = f"{bar.elements} hexahedra, {bar.threads} threads"
@@ -194,7 +194,7 @@ def bar_peers(path: Path, rows: Sequence[BarRow]) -> None:
 
 
 def shortcuts(path: Path, entries: Sequence[Entry]) -> None:
-    """Speed-up of every shortcut against the largest change that it makes."""
+    """Draw the speed-up by every shortcut, with the largest change that it makes."""
     names = [textwrap.shorten(f"{e.model}: {e.shortcut}", 54, placeholder=" ...") for e in entries]
     x = "time without the shortcut over the time with it"
     with _bars(path, names, x, "", width=7.0) as axis:

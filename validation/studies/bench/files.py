@@ -1,4 +1,4 @@
-"""What a benchmark leaves: tables with their machine, and one page of all that is there."""
+"""A benchmark's output: tables with their machine, and one page of all that is in the folder."""
 
 import json
 import os
@@ -18,7 +18,7 @@ from validation.harness.tables import for_people, table_of
 
 
 def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool = True) -> None:
-    """Write CSV, with the machine in every row, and Markdown; print the latter where `show`."""
+    """Write CSV, with the machine in every row, and Markdown; print the latter if `show`."""
     table = table_of(rows)
     where = provenance({})
     labelled = table.assign(
@@ -48,7 +48,7 @@ def _table(folder: Path, name: str) -> dict[str, Any] | None:
 
 
 def page(folder: Path) -> Path:
-    """Write ``index.html`` of all in the folder that ``data/bench_page.toml`` describes.
+    """Write ``index.html`` from all in the folder that ``data/bench_page.toml`` describes.
 
     Returns
     -------

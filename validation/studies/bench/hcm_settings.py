@@ -3,7 +3,7 @@
 The tap's truth has hcm's own five elements a phalanx, so that its series show the error of time
 integration. The contact's series of elements is measured against 20 elements a phalanx.
 
-Beside them the contact by another integrator: Runge-Kutta of order 8 (`hcm.reference_solution`),
+The contact is also solved by another integrator: Runge-Kutta of order 8 (`hcm.reference_solution`),
 the same beams, contact law and event functions in minimal coordinates and in SciPy's Python loop.
 Its time against generalized-alpha's is that of the whole program, not of the method alone.
 """
@@ -18,7 +18,7 @@ from validation.studies.bench.hcm_truth import impact_start, solve_impact
 from validation.studies.bench.truths import TAP_ELEMENTS
 from validation.studies.bench.work_precision import Options, Setting, Solution, Solver, simulation
 
-# Of `hcm.Settings`. Error control in flight and contact; each series changes what its name says.
+# `hcm.Settings`: error control in flight and contact; each series changes what its name says.
 BASE: Options = {
     "flight_step": 1e-3,
     "flight_tolerance": 1e-6,
@@ -31,7 +31,7 @@ IMPACT_TOLERANCE = {"contact_step": 1e-5, "contact_tolerance": 1e-13, "newton_to
 
 
 def hcm_setting(study: str, series: str, elements: int, *changes: Options) -> Setting:
-    """Elements a phalanx, and what differs from hcm's own defaults (later changes win)."""
+    """A setting of elements per phalanx and of changes of hcm's defaults (later ones win)."""
     merged = {key: value for change in changes for key, value in change.items()}
     words = [f"{elements} elements"]
     words += [f"{key} {value if isinstance(value, str) else format(value, 'g')}"
@@ -42,12 +42,12 @@ def hcm_setting(study: str, series: str, elements: int, *changes: Options) -> Se
 
 
 def tap_and_contact_settings(quick: bool) -> list[Setting]:
-    """All settings of generalized-alpha and collocation; `quick` leaves out the dearest."""
+    """All settings of generalized-alpha and collocation; `quick` leaves out the costliest."""
     tap = partial(hcm_setting, "tap")
     tolerances = [(1e-4, 1e-7), (1e-5, 1e-8), (1e-6, 1e-9), (1e-7, 1e-10), (1e-8, 1e-11)]
     steps = [(1e-3, 1e-5), (3e-4, 3e-6), (1e-4, 1e-6), (3e-5, 3e-7)]
     counts = [1, 2, 3, 5, 10]
-    # the loop with collocation is compiled apart, in half a minute: not for a quick look
+    # the loop with collocation is compiled separately, in half a minute: not for a quick look
     collocated: list[tuple[float, float]] = []
     if not quick:
         tolerances += [(1e-9, 1e-12), (1e-10, 1e-13)]
@@ -105,7 +105,7 @@ HCM_SOLVER = Solver(_prepare, _read)
 
 
 def dop853_settings(quick: bool) -> list[Setting]:
-    """Elements a phalanx, and the relative tolerance of the Runge-Kutta pair."""
+    """Settings of elements per phalanx and of the Runge-Kutta pair's relative tolerance."""
     pairs = [(n, rtol) for n in (3, TAP_ELEMENTS) for rtol in (1e-2, 1e-6)]
     return [
         Setting("contact", "hcm", "integrator: DOP853", f"{n} elements, rtol {rtol:g}",

@@ -18,19 +18,19 @@ CLEARANCE = 1e-9  # m
 
 
 def impact_start(surface_height: float, length: float) -> Any:
-    """The rigid state from which the contact alone is studied."""
+    """The rigid state from which the contact alone is solved."""
     upper = sum(length * math.sin(angle) for angle in IMPACT_ANGLES)
     last = math.asin((surface_height - CLEARANCE - upper) / length)
     return hcm.RigidStart((*IMPACT_ANGLES, last), IMPACT_RATES)
 
 
 def solve_tap(elements: int, rtol: float) -> TapQuantities:
-    """The tap from rest: minutes."""
+    """Solve the tap from rest; takes minutes."""
     return _solve(soft_scene(elements), rtol)
 
 
 def solve_impact(elements: int, rtol: float) -> TapQuantities:
-    """The contact alone, from `impact_start`: a second at 5 elements, a half minute at 20."""
+    """Solve the contact alone, from `impact_start`: a second with 5 elements, half a minute, 20."""
     scene = soft_scene(elements)
     chain, _ = build_chain(scene.finger, scene.drive)
     state = impact_start(scene.surface.height, scene.finger.phalanges[0].length)
@@ -39,7 +39,7 @@ def solve_impact(elements: int, rtol: float) -> TapQuantities:
 
 
 def soft_scene(elements: int) -> hcm.Scene:
-    """The soft scene with that many elements a phalanx."""
+    """The soft scene with that many elements per phalanx."""
     return hcm_scene(load_scene("soft", (f"finger.elements={elements}",)), estimate=False)
 
 

@@ -1,6 +1,6 @@
 """Element updates per second of the reference on a box of 60,000: force kernels, whole steps.
 
-A whole step holds contact, update and audits beside the force.
+A whole step comprises contact, update and audits as well as the force.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -28,9 +28,9 @@ THREADS = (1, 2)
 BUDGET_S = 15.0
 TURNS = 60  # pieces take 5 to 60 ms
 FALL_M_PER_S = 1.0
-# Of all velocities, m/s: a finger has turned, and none of its numbers is zero as before the wave in
-# a body that moves along Y alone. (That costs nothing: with 240 layers of cells a step without
-# noise took 0.95 to 0.98 of the time of one with it.)
+# Added to all velocities, m/s: a finger has turned and none of its numbers is zero, unlike those
+# before the wave in a body that moves along Y alone. (It hardly matters: with 240 layers of cells a
+# step without noise took 0.95 to 0.98 of the time of one with it.)
 NOISE = 1e-3
 
 
@@ -60,10 +60,10 @@ class BlockCase:
     """A free block that falls on the surface, all of its lower side touching.
 
     steps : explicit steps, or calls of the force kernel, of each piece
-    pieces : of one length, so that a busy moment hits them alike: the force kernel alone; the steps
-        as a tap's window takes them, with their audit (what is recorded, and when to end, are not
-        asked); the same with a search of all elements for inverted ones
-    searches : one audit in so many searches
+    pieces : of one length, so that a busy moment affects them alike: the force kernel alone; the
+        steps as a tap's window takes them, with their audit (but no records and no test for the
+        end); the same with a search of all elements for inverted ones
+    searches : in a run, one audit in this many has that search
     """
 
     steps: int
@@ -74,7 +74,7 @@ class BlockCase:
 
 
 def falling_block(points: Floats, cells: Integers, element: str, material: fem.Material) -> Model:
-    """Model of a block without hinges right above the surface, centred about Y = 0."""
+    """Model of a block without hinges just above the surface, centred about Y = 0."""
     points = points.copy()
     points[:, 1] -= points[:, 1].mean()  # the thickness of a plane model is that of a round section
     surface = fem.Surface(height=-float(points[:, 1].min()), friction=0.5)
@@ -85,7 +85,7 @@ def falling_block(points: Floats, cells: Integers, element: str, material: fem.M
 def falling_block_case(
     points: Floats, cells: Integers, element: str, material: fem.Material
 ) -> BlockCase:
-    """What is timed on one mesh with one element."""
+    """The case to be timed on one mesh with one element."""
     model = falling_block(points, cells, element, material)
     interval = audit_interval(model)
     velocity = NOISE * np.random.default_rng(0).standard_normal(model.points.shape)
@@ -192,7 +192,7 @@ def measure_box(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: flo
 
 
 def measure_kernels(progress: Progress) -> list[Speed]:
-    """Solid hexahedra, then plane quadrilaterals."""
+    """Measure solid hexahedra, then plane quadrilaterals."""
     progress(0.0, "hexahedra's kernels")
     solid = measure_box(BOX, THREADS, BUDGET_S)
     progress(0.8, "quadrilaterals' kernels")

@@ -1,4 +1,4 @@
-"""Exudyn beside hcm on its scene: the settings of either, and the cheapest for an error."""
+"""Exudyn beside hcm on its scene: the settings of both, and the cheapest for an error."""
 
 import math
 from collections.abc import Callable, Iterable
@@ -31,9 +31,9 @@ def exudyn_setting(
     elements: int, flight: float, contact: float, radius: float = 0.8,
     located: bool = True, fresh: bool = False,
 ) -> Setting:  # fmt: skip
-    """Elements a phalanx, flight and contact step (s), spectral radius.
+    """A setting of elements per phalanx, flight and contact step (s), and spectral radius.
 
-    fresh : whether every step makes its Jacobian anew.
+    fresh : whether every step makes a new Jacobian.
     """
     series = "located contact" if located else "unlocated contact"
     name = (
@@ -78,7 +78,7 @@ FINE_SETTINGS = (
 # 3e-7 in the peak and 2e-6 in the duration. Its strains are |r'| - 1 and r' x r''/|r'|^2, not the
 # paper's: against hcm's truth an error of 4.8e-4 in the peak and 3.0e-4 in the duration is left
 # that no step and no element removes (1.0e-4, 3e-5 of the peak at a half and a quarter of the
-# diameter). Eight seconds, so it is kept here.
+# diameter). It takes eight seconds, so it is kept here.
 OWN_TRUTH = TapQuantities(
     contact_time_s=0.13610709025586035,
     turn_s=1.0234052668151684e-4,
@@ -122,14 +122,14 @@ def exudyn_points(setting: Setting) -> list[Point]:
 def hcm_settings(quick: bool) -> list[Setting]:
     """Settings of hcm, cheapest first.
 
-    1e-3 does without the finger's bending in flight (1e-4 of the peak): a rigid flight, and as few
-    steps in contact as keep the rest. Beside it the same with an elastic flight.
+    An error of 1e-3 allows for no bending in flight (1e-4 of the peak): a rigid flight, and as few
+    steps in contact as keep the rest. The same is tried with an elastic flight.
 
-    1e-5 needs the finger's own vibrations in flight, up to 7 kHz for a thousand periods, in phase:
-    of generalized-alpha steps of 1 us without damping (nothing larger gets there but by chance), of
-    Gauss collocation of order 10 steps of 100 us, which turn a mode of 5 kHz by 7e-6 too little
-    (one of 7 kHz, hardly excited here, by 1.7e-4 and so out of phase). All shorter ones that were
-    tried get there too, and those of up to 140 us.
+    An error of 1e-5 needs the finger's vibrations in flight, up to 7 kHz for a thousand periods, in
+    phase: by generalized-alpha in steps of 1 us without damping (larger ones succeed only by
+    chance), by Gauss collocation of order 10 in steps of 100 us, which turn a mode of 5 kHz by 7e-6
+    too little (one of 7 kHz, hardly excited here, by 1.7e-4 and so out of phase). All shorter steps
+    that were tried succeed too, and those of up to 140 us.
     """
     rigid: Options = {"flight": "rigid"}
     loose: Options = {"flight_step": 1e-2, "flight_tolerance": 3e-6}
@@ -194,7 +194,7 @@ def hcm_settings(quick: bool) -> list[Setting]:
 
 
 def measure_peers(quick: bool, progress: Progress) -> list[Point]:
-    """hcm, then every peer that is there."""
+    """Measure hcm, then every installed peer."""
     points = []
     own = hcm_settings(quick)
     for number, setting in enumerate(own):
@@ -209,7 +209,7 @@ def measure_peers(quick: bool, progress: Progress) -> list[Point]:
 
 
 def cheapest_table(points: list[Point]) -> list[dict[str, Any]]:
-    """For either truth and every limit of the error, hcm's and Exudyn's cheapest that reach it.
+    """For either truth and every error limit, hcm's and Exudyn's cheapest settings that keep it.
 
     The limit is of peak and duration. exudyn_over_hcm compares their times.
     """

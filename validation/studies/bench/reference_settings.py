@@ -1,7 +1,7 @@
 """The reference's settings on the soft scene, from rest: mesh, penalty, step.
 
 Each series changes what its name says. Flight is the reference's own rigid chain, so that a run's
-time is that of the contact and of setting it up; the mesh is not charged.
+time is that of the contact and of setting it up; meshing is not timed.
 """
 
 from typing import Any
@@ -13,12 +13,12 @@ from validation.studies.bench.work_precision import Options, Setting, Solution, 
 FAST: Options = {"solver.fem.preset": "fast"}
 IMPULSE: Options = {"solver.fem.contact": "impulse"}
 SHAFT = 2.0  # in units of `mesh_sizes`: 1.5 mm, which the truths show to be fine enough
-UNSTABLE = 1.2  # a step beyond stability: its failure belongs to the picture
-BUDGET_S = 2.0  # the dearest runs of a full benchmark take half a minute: two of each are enough
+UNSTABLE = 1.2  # a step beyond stability, included to show its failure
+BUDGET_S = 2.0  # the longest runs of a full benchmark take half a minute: two of each are enough
 
 
 def impulse_mesh(shaft: float, tip: float) -> Options:
-    """Contact by impulses on a tip of 0.1 mm times `tip`: its edge and the growth behind it."""
+    """Contact by impulses, with edges of 0.1 mm times `tip` there and their growth behind it."""
     return {**IMPULSE, **mesh_sizes(1.0, shaft, 1e-4 * tip, 1.25**tip)}
 
 
@@ -29,7 +29,7 @@ def reference_settings(model: str, quick: bool) -> list[Setting]:
     if plane and not quick:
         tips += [1 / ROOT, 0.5]
     factors = [100.0, 1000.0] if quick else [30.0, 100.0, 300.0, 1000.0, 3000.0]
-    # The reference's explicit step on the mesh that is cheap enough for three of them.
+    # The mesh of the steps' and surface penalties' series: cheap enough for three steps.
     base = impulse_mesh(SHAFT, 1.0) if plane else impulse_mesh(SHAFT, 2.0)
     surface = {**base, "solver.fem.contact": "surface"}
     steps = [0.9, 0.45] if quick else [0.9, 0.45, 0.225]
@@ -55,7 +55,7 @@ def reference_settings(model: str, quick: bool) -> list[Setting]:
 
 
 def solid_tap(result: Any) -> TapQuantities | None:
-    """What a run found; None if it has no complete contact. The turn is where F_n is largest."""
+    """A run's tap; None if it has no complete contact. The turn is where F_n is largest."""
     summary = result.summary
     values = (summary.contact_time_s, summary.peak_normal_force_time_s,
               summary.contact_duration_s, summary.peak_normal_force_N,

@@ -1,7 +1,7 @@
-"""Cost of hcm's step against the number of elements and of phalanges: a fitted exponent each.
+"""Cost of hcm's step against the numbers of elements and of phalanges, with fitted exponents.
 
-Fixed steps, so that every size makes about the same number of them: the time of one accepted step
-is what an ordered elimination of a chain makes proportional to the chain's length.
+Steps are fixed, so that every size takes about the same number of them: the time of one accepted
+step is what an ordered elimination of a chain makes proportional to the chain's length.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ from validation.studies.bench.work_precision import simulation
 ELEMENTS = (5, 10, 20, 40, 80, 160, 320)
 PHALANGES = (1, 2, 3, 5, 10, 20, 30)
 FIXED = ("solver.hcm.flight_tolerance=0", "solver.hcm.contact_tolerance=0")
-# Out of reach within the time that is simulated: flight only.
+# The surface is out of reach within the simulated time: flight only.
 FLIGHT_S = 0.02
 REACH = 0.9  # height of the surface over the finger's length
 QUICK_STEPS = ("solver.hcm.flight_step=1e-3", "solver.hcm.contact_step=2e-6")
@@ -56,7 +56,7 @@ def _overrides(what: str, size: int, quick: bool) -> tuple[str, ...]:
 
 
 def measure_scaling(quick: bool, budget_s: float, progress: Progress) -> list[Size]:
-    """Elements a phalanx, then phalanges."""
+    """Measure over elements per phalanx, then over phalanges."""
     cases = [("elements", n) for n in ELEMENTS] + [("phalanges", n) for n in PHALANGES]
     found = []
     for number, (what, size) in enumerate(cases):
@@ -68,7 +68,7 @@ def measure_scaling(quick: bool, budget_s: float, progress: Progress) -> list[Si
 
 
 def table(sizes: Sequence[Size]) -> list[dict[str, Any]]:
-    """One row a size; the exponents over the whole range and its larger half beside them."""
+    """One row per size, with the exponents over the whole range and over its larger half."""
     rows = []
     for what in dict.fromkeys(size.what for size in sizes):
         mine = [size for size in sizes if size.what == what]

@@ -50,7 +50,7 @@ class Shortcut:
 
     @property
     def switched_off_by(self) -> list[str]:
-        """The keys that are stated without it alone; or, after "no", with it alone."""
+        """The keys that are stated only without it; or, after "no", only with it."""
         own = [key for key in self.without_it if key not in self.with_it]
         return own or [f"no {key}" for key in self.with_it if key not in self.without_it]
 
@@ -99,7 +99,7 @@ FAST = "solver.fem.preset=fast"
 SMOOTH = ((FAST, "surface.friction=0"), (FAST, "surface.friction=1e-12"), "off: mu = 1e-12")
 COARSE, EXPLICIT = (f"solver.fem.flight='{flight}'" for flight in ("coarse", "explicit"))
 EXPLICIT_FLIGHT = ((FAST,), (FAST, EXPLICIT))
-# Fingers whose flight bends them otherwise than the soft one's.
+# Fingers that bend differently in flight from the soft one.
 FLIERS: dict[str, tuple[str, ...]] = {
     "hard": ("material.youngs_modulus=20e9", "material.density=1048.7"),
     "driven-1": ("material.youngs_modulus=0.1e9", "drive.torques=[0.01,0.008,0.002112]"),
@@ -161,7 +161,7 @@ class Entry:
 
 
 def table(entries: Sequence[Entry]) -> list[dict[str, Any]]:
-    """One row a shortcut."""
+    """One row per shortcut."""
     first = ("shortcut", "model", "switched_off_by", "time_with_s", "time_without_s", "speedup")
     return [
         {
@@ -175,7 +175,7 @@ def table(entries: Sequence[Entry]) -> list[dict[str, Any]]:
 
 
 def measure_shortcut(shortcut: Shortcut, budget_s: float) -> Entry:
-    """Time both, and compare what they find."""
+    """Time a model with and without a shortcut, and compare the results."""
     runs = [simulation(shortcut.model, keys) for keys in (shortcut.with_it, shortcut.without_it)]
     if {COARSE, EXPLICIT}.intersection(shortcut.without_it):
         # thousands of times the steps: once is enough, and compiled code is warm by then
@@ -192,7 +192,7 @@ def measure_shortcut(shortcut: Shortcut, budget_s: float) -> Entry:
 
 
 def measure_contact_search(model: str, budget_s: float) -> Entry:
-    """Steps in flight, far from the surface, with and without the search for contact."""
+    """Time steps in flight, far from the surface, with and without the search for contact."""
     tables = load_scene("soft").tables
     solid = build_model(build_mesh(tables, DIMENSIONS[model]), *solid_parts(tables))
     rest = np.zeros_like(solid.points)
@@ -210,7 +210,7 @@ def measure_contact_search(model: str, budget_s: float) -> Entry:
 
 
 def measure_stored_run(model: str, budget_s: float) -> Entry:
-    """A run of the soft scene against finding it in a store: its name, its files, their digests."""
+    """Time a run of the soft scene against reading it from a store, with its files' digests."""
     scene = load_scene("soft")
     module = adapter(model)
     module.warm_up()
@@ -236,7 +236,7 @@ def measure_stored_run(model: str, budget_s: float) -> Entry:
 
 
 def measure_shortcuts(quick: bool, progress: Progress) -> Iterator[Entry]:
-    """The whole ledger, line by line: what is dear comes last."""
+    """The whole ledger, line by line; expensive lines come last."""
     cases = (*HCM, *SOLID, *(() if quick else SOLID_FULL))
     for model in STORED:
         progress(0.0, f"{model}: stored results")

@@ -1,4 +1,4 @@
-"""Random scenes through hcm on all cores: how many a second, and how they end."""
+"""Random scenes through hcm on all cores: how many per second, and how they end."""
 
 import time
 from collections import Counter
@@ -19,15 +19,15 @@ def scenes(count: int) -> Iterator[hcm.Scene]:
     """The stress campaign's first scenes, all of them by generalized-alpha."""
     for index in range(count):
         scene = random_scene(random_numbers(SEED, index))
-        # collocation is for many digits of a smooth flight, not for any scene: 8 times as long here
+        # collocation suits many digits of a smooth flight, not every scene: 8 times as long here
         plain = replace(scene.settings, flight_integrator="generalized-alpha", estimate=False)
         yield replace(scene, settings=plain)
 
 
 def measure_throughput(quick: bool, progress: Progress) -> dict[str, int | float | str]:
-    """Share the scenes out to processes, compiled code loaded before: the row of the table.
+    """Solve scenes on all cores, with compiled code loaded before; returns the table's row.
 
-    Scenes solved, the processes that shared them, accepted steps a second, how the scenes ended.
+    It has the numbers of scenes and processes, scenes and steps per second, and the endings.
     """
     count, processes = QUICK_SCENES if quick else SCENES, cores()
     progress(0.0, "random scenes")

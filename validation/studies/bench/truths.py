@@ -5,15 +5,15 @@ Runge-Kutta pair of order 8 in minimal coordinates: other unknowns, another inte
 event search), from rest in minutes.
 
 The reference's are its own converged limits, from runs of 2026-11-21 (2D: 11-22) from rest with
-contact by impulses. `truths_anew` makes all of them anew.
+contact by impulses. `truths_anew` computes all of them again.
 Peak, impulse, duration and time of the peak: the tip's edge refined alone from 0.28 mm down to
 that of the source, on shafts of 1.5 mm (0.4 mm in 2D); in 3D plus what shafts of half the edge
 change with a tip of 0.1 mm, the finest that both were run with.
 Contact time: the rigid flight on even meshes of 1.5 to 0.375 mm (0.125 mm in 2D), extrapolated;
 event times are known to 2e-6 s.
-Their own error is the spread of peak, impulse and duration over the last three tips (two in 2D),
-relative, the largest of them: the peak does not approach its limit from one side, so that no grid
-convergence index applies: the edges of these tips grow under the patch.
+Their own error is the largest relative spread of peak, impulse and duration over the last three
+tips (two in 2D): no grid convergence index applies, as the peak does not approach its limit from
+one side, because the edges of these tips grow under the patch.
 
 ====  =====  =========  ==========  ==========
  dim  tip    peak (N)   impulse     duration
@@ -37,7 +37,7 @@ from typing import Any
 from validation import DATA
 from validation.compare.tap_errors import TapQuantities
 
-TAP_ELEMENTS, CONTACT_ELEMENTS = 5, 20  # a phalanx, of hcm's two truths
+TAP_ELEMENTS, CONTACT_ELEMENTS = 5, 20  # per phalanx, in hcm's two truths
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ TAP = TRUTHS["tap"]
 
 
 def truths_table(truths: Mapping[str, Truth]) -> list[dict[str, Any]]:
-    """One row a quantity: every model's truth, and the gap between hcm's and the solid's."""
+    """One row per quantity: every model's truth, and the gap between hcm's and the solid's."""
     names = {"turn_s": "time_of_peak_after_contact_s"}
     rows: list[dict[str, Any]] = []
     for name in TapQuantities.__dataclass_fields__:

@@ -1,8 +1,8 @@
-"""The truths (`truths`) made anew, hcm's by `hcm.reference_solution`, the reference's by its runs.
+"""The truths (`truths`) recomputed, hcm's by `hcm.reference_solution`, the reference's by its runs.
 
     python -m validation.studies.bench.truths_anew fem3d
 
-prints a line a run, then every quantity beside the stored one. On one thread hcm's take half a
+prints a line per run, then every quantity beside the stored one. On one thread hcm's take half a
 minute (`contact`) and minutes (`tap`), 2D half a minute, 3D a quarter of an hour and 2 GB.
 """
 
@@ -21,14 +21,14 @@ from validation.studies.bench.reference_settings import impulse_mesh, solid_tap
 from validation.studies.bench.truths import CONTACT_ELEMENTS, TAP_ELEMENTS, TRUTHS
 from validation.studies.bench.work_precision import Setting, simulation
 
-# Refinements (shaft, tip) of `impulse_mesh`: the finest run; and two whose difference, shaft
-# against half the shaft, is added to it in 3D, where the finest tip was too dear on the finer one.
+# Refinements (shaft, tip) of `impulse_mesh`: the finest run; and two whose difference, due to half
+# the shaft's edges, is added to it in 3D, where the finest tip was too expensive on that shaft.
 FINEST = {"fem3d": (2.0, 0.5), "fem2d": (0.5, 0.25)}
 SHAFTS = {"fem3d": ((2.0, 1.0), (1.0, 1.0))}
 
 
 def solve_tap(model: str, shaft: float, tip: float) -> TapQuantities:
-    """One tap from rest, contact by impulses.
+    """Solve one tap from rest, with contact by impulses.
 
     Raises RuntimeError: the run did not complete.
     """
@@ -55,7 +55,7 @@ def contact_time(model: str) -> float:
 
 
 def solve_truth(model: str) -> TapQuantities:
-    """All runs of a truth, printed as they end."""
+    """Compute a truth; runs of the reference are printed as they end."""
     if model == "tap":
         return hcm_truth.solve_tap(TAP_ELEMENTS, 1e-9)
     if model == "contact":
@@ -74,7 +74,7 @@ def solve_truth(model: str) -> TapQuantities:
 
 
 def main(truth: Literal["tap", "contact", "fem2d", "fem3d"], /) -> None:
-    """Print a truth and what is stored."""
+    """Print a truth computed anew beside the stored one."""
     found, stored = asdict(solve_truth(truth)), asdict(TRUTHS[truth].values)
     for name, value in found.items():
         output(

@@ -1,6 +1,6 @@
 """Work-precision: settings of a solver, each timed and compared with a truth.
 
-What a solver adds is a `Solver`: how a setting becomes a run, and how a run's result is read.
+A `Solver` says how a solver makes a run of a setting, and how a run's result is read.
 """
 
 import math
@@ -33,9 +33,9 @@ class Setting:
 
     study : which truth its errors are taken against
     solver : a model, or a peer
-    series : what the settings beside it change
+    series : what the settings of its series change
     name : what is set, for the table
-    options : the scene's keys, and what else the solver takes
+    options : the scene's keys, and other options of the solver
     """
 
     study: str
@@ -52,7 +52,7 @@ class Setting:
 
 @dataclass(frozen=True)
 class Solution:
-    """What a setting gave; `tap` is None if it is not complete, `detail` adds to the name."""
+    """A setting's result; `tap` is None if it is not complete, `detail` adds to the name."""
 
     status: str
     tap: TapQuantities | None
@@ -65,8 +65,8 @@ class Solver:
     """How settings are run.
 
     prepare : everything that is not timed; returns the run.
-    read : what a run's result says.
-    warm_up_each : whether every setting runs once unmeasured, or the first of its model alone.
+    read : turns a run's result into a `Solution`.
+    warm_up_each : whether every setting runs once unmeasured, or only the first of its solver.
     """
 
     prepare: Callable[[Setting], Callable[[], Any]]
@@ -77,7 +77,7 @@ class Solver:
 
 @dataclass(frozen=True)
 class Point:
-    """One setting of one solver. A run that failed has a status, and no errors."""
+    """One setting of one solver, measured. A run that failed has a status but no errors."""
 
     study: str
     solver: str
@@ -96,7 +96,7 @@ class Point:
 
 
 def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
-    """A model's solve of the soft scene, with all that comes before it done (mesh, translation)."""
+    """A model's solve of the soft scene, with all preparation (mesh, translation) done."""
     scene = load_scene("soft", overrides)
     if model == "hcm":
         return partial(hcm.simulate_scene, hcm_scene(scene, estimate=False))
@@ -116,7 +116,7 @@ def measure_setting(
 def point_against(
     truth: TapQuantities, setting: Setting, timed: Timed[Solution], study: str = ""
 ) -> Point:
-    """A setting's point; `study` where the truth is not that of the setting's own study."""
+    """A setting's point; `study` : if the truth is not that of the setting's own study."""
     solution = timed.result
     return Point(
         study or setting.study, setting.solver, setting.series, setting.name + solution.detail,
@@ -128,7 +128,7 @@ def point_against(
 def measure_settings(
     settings: Sequence[Setting], solver: Solver, budget_s: float, store: Store, progress: Progress
 ) -> list[Point]:
-    """Every setting in turn, against its study's truth.
+    """Measure every setting in turn against its study's truth.
 
     A point is stored under its setting, its truth, and the program and machine that measured it.
     """
@@ -159,7 +159,7 @@ def measure_settings(
 
 
 def front(points: Sequence[Point], quantity: str) -> list[tuple[float, float]]:
-    """Time and error of the settings that no other one beats in both, by rising time."""
+    """Time and error of the settings that no other beats in both, by increasing time."""
     found: list[tuple[float, float]] = []
     pairs = sorted((p.wall_time_s, float(getattr(p.errors, quantity))) for p in points if p.ok)
     for time, error in pairs:
@@ -169,7 +169,7 @@ def front(points: Sequence[Point], quantity: str) -> list[tuple[float, float]]:
 
 
 def table(points: Sequence[Point]) -> list[dict[str, Any]]:
-    """The points, one a row."""
+    """One row per point."""
     names = {"peak": "peak_error", "impulse": "impulse_error", "duration": "duration_error",
              "event_s": "event_error_s"}  # fmt: skip
     return [

@@ -41,10 +41,10 @@ def calibrate(
     first
         Number of the first of them: others are other scenes.
     accuracy
-        Solve for this relative error in the place of the fixed settings, and count the runs that
-        keep it.
+        Solve for this relative error instead of the fixed settings, and count the runs that keep
+        it.
     quick
-        Twelve scenes, in the place of --scenes.
+        Twelve scenes, instead of --scenes.
     out
         Folder for calibration/: a page, tables as CSV, Markdown and LaTeX, a figure.
     """

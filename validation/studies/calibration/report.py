@@ -24,7 +24,7 @@ from validation.studies.stated_errors import (
 )
 
 FAR = 3.0  # times the accuracy asked for
-SMALLEST = 1e-9  # drawn in the place of no error
+SMALLEST = 1e-9  # drawn for an error of zero
 NUMBER = ("scene", "kind", "overrides", "quantity", "stated", "true", "cautioned", "doubted")
 
 Row = tuple[int, RandomTap, Mapping[str, Any]]
@@ -33,8 +33,8 @@ Row = tuple[int, RandomTap, Mapping[str, Any]]
 def numbers_of(rows: Sequence[Row]) -> pd.DataFrame:
     """A row for each number of a completed run: its scene, quantity, relative errors.
 
-    cautioned, doubted : whether the run has a caution, and its tight solve. missed : whether the
-    stated error is too small. silent : whether the number is wrong, and the run says nothing.
+    cautioned, doubted : whether the run, and its tight solve, has a caution. missed : whether the
+    stated error is too small. silent : whether the number is wrong and the run has no caution.
     """
     lines = [
         (index, case.kind, "; ".join(case.overrides), quantity, *StatedError(*number).shares,
@@ -62,8 +62,8 @@ def endings(rows: Sequence[Row]) -> list[dict[str, Any]]:
 def table(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     """How often the stated error is too small, or missing.
 
-    A row a quantity and a kind of scene; of what tight solves without a caution of their own judge,
-    which they have where they touch beside their fine edges; and of all.
+    A row per quantity and per kind of scene; one for numbers whose tight solve has no caution (it
+    has one if it touches outside its fine edges); and one for all.
     """
     kinds = [(f"of scenes: {kind}", own) for kind, own in numbers.groupby("kind", sort=False)]
     whole = [("judged without a caution", numbers[~numbers["doubted"]]), ("all", numbers)]
@@ -103,9 +103,9 @@ def misses(numbers: pd.DataFrame) -> list[dict[str, Any]]:
 
 
 def accuracy_kept(rows: Sequence[Row]) -> list[dict[str, Any]]:
-    """How many runs keep the accuracy asked of them, and of those that say they do.
+    """How many runs keep the accuracy asked of them, among all and among those that say they do.
 
-    A row a kind of scene, one for all, and one for those whose tight solve has no caution.
+    A row per kind of scene, one for all, and one for those whose tight solve has no caution.
     """
     names = ACCURACY_QUANTITIES
     judged = [
@@ -139,7 +139,7 @@ def accuracy_kept(rows: Sequence[Row]) -> list[dict[str, Any]]:
 
 
 def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
-    """True against stated error, a panel a quantity, with lines of 1:1 and `UNDERSTATED_FACTOR`."""
+    """Plot true over stated errors, a panel per quantity; lines at 1:1 and `UNDERSTATED_FACTOR`."""
     present = [name for name in names if (numbers["quantity"] == name).any()]
     columns = 3
     rows = -(-len(present) // columns) or 1
@@ -162,7 +162,7 @@ def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
 
 
 def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[str, str]) -> str:
-    """Tables, figure and page of what is solved; one line that sums them up."""
+    """Write tables, figure and page; returns a line that sums them up."""
     numbers = numbers_of(rows)
     tables = {
         f"{model}-calibration": (table(numbers), "Stated against true errors, by quantity"),

@@ -22,13 +22,13 @@ from validation.studies.random_scenes import random_numbers
 
 KINDS = ("falls", "driven", "tilted", "three taps")
 SEED = 13
-AFTER_S = 3e-3  # of a solid's further taps
+AFTER_S = 3e-3  # time for a solid's further taps, after the touch
 LARGEST_TILT = 0.5  # rad
 
 
 @dataclass(frozen=True)
 class RandomTap:
-    """A scene by its overrides of ``soft``; accuracy : what its run is held to, if anything."""
+    """A scene by its overrides of ``soft``; accuracy : the one that its run must keep, if any."""
 
     model: str
     kind: str
@@ -37,7 +37,7 @@ class RandomTap:
 
 
 def case(model: str, index: int, accuracy: float | None = None) -> RandomTap:
-    """The scene of that number; an `accuracy` has elements and settings of its own."""
+    """The scene with that number; an `accuracy` chooses elements and settings itself."""
     kind = KINDS[index % len(KINDS)]
     u: Iterator[float] = iter(random_numbers(SEED, index))
 
@@ -69,7 +69,7 @@ def case(model: str, index: int, accuracy: float | None = None) -> RandomTap:
         f"material.poisson_ratio={poisson:.3g}", f"surface.height={height:.5g}",
         f"surface.friction={slide:.3g}", f"tip.normal_stiffness={stiffness:.4g}",
     ]  # fmt: skip
-    if model == "hcm":  # elements give back what they store
+    if model == "hcm":  # the solid has no restitution
         overrides.append(
             f"tip.restitution={1.0 if bounce < 0.5 else 0.3 + 1.4 * (bounce - 0.5):.3g}"
         )
@@ -87,6 +87,6 @@ def _further_taps(model: str, overrides: tuple[str, ...]) -> list[str]:
         return ["solver.hcm.taps=3"]
     try:
         touch = impact_of(load_scene("soft", overrides)).time_s
-    except RunFailedError:  # which the solver will say too
+    except RunFailedError:  # the solver will report it too
         return []
     return [f"solver.fem.end_time={touch + AFTER_S:.6g}"]

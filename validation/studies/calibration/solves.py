@@ -1,6 +1,6 @@
-"""A random scene at the fixed settings, with estimates, and the same solved tightly.
+"""A random scene solved at the fixed settings, with estimates, and the same solved tightly.
 
-What the tight solve is, is stated here for each model.
+The tight solve is defined here for each model.
 """
 
 import math
@@ -22,17 +22,17 @@ from validation.scenes.scene import Scene
 from validation.studies.calibration.scenes import AFTER_S, RandomTap
 from validation.studies.stated_errors import StatedError, compare
 
-# Of the reduced model: tolerances are smaller and elements more by these factors.
+# Of the reduced model: tolerances are divided and elements multiplied by these factors.
 TOLERANCES, ELEMENTS = 100.0, 2
 MOST_STEPS = 2_000_000
-# Where an accuracy was asked of it: of the error, the first that the next line leaves; and elements
-# more than that asks for, in flight and in contact.
+# If it has an accuracy: that is divided by the first of these that `MOST_BENT` allows, and the
+# elements that this asks for are multiplied by FINER, in flight and in contact.
 WITHIN, FINER = (10.0, 3.0), 1.5
-# Elements times steps of the tight flight, predicted, beyond which a scene is left out: some 5 s.
+# Predicted elements times steps of the tight flight beyond which a scene is left out: some 5 s.
 MOST_BENT = 2e6
-# Of the solid: edges 0.45 of the default's, so that 0.3 of its error is left (`EDGE_EXPONENT`).
+# Of the solid: edges 0.45 times the default's, so that 0.3 of its error is left (`EDGE_EXPONENT`).
 TIGHT_SOLID = ("solver.fem.accuracy=3e-3",)
-# Element updates of the tight tap, predicted, beyond which a solid's scene is left out: some 10 s.
+# Predicted element updates of the tight tap beyond which a solid's scene is left out: some 10 s.
 MOST_UPDATES, LONG = 5e7, "LEFT OUT"
 
 Solve = Callable[[], RunRecord]
@@ -42,8 +42,8 @@ Solve = Callable[[], RunRecord]
 class Solved:
     """One scene's outcome, as the line store keeps it.
 
-    status, tight_status : of both solves. caution, tight_caution : what they say of themselves.
-    numbers : by quantity. seconds : of the run without its estimates, of the tight one.
+    status, tight_status : of both solves. caution, tight_caution : their messages.
+    numbers : by quantity. seconds : of the run without its estimates, and of the tight solve.
     expected : the relative error that a run held to an accuracy says it has.
     """
 
@@ -78,10 +78,10 @@ def solve_case(case: RandomTap) -> Solved:
 
 
 def _updates(tables: Scene, kind: str) -> float:
-    """Elements times steps of the tight tap, predicted of the half model.
+    """Predicted elements times steps of the tight tap, for the half model.
 
     Contact lasts 2.94 δ/v (Johnson, Contact Mechanics, 11.4.1), or `AFTER_S` with further taps; a
-    step is what a wave takes through half the smallest edge.
+    step is the time of a wave through half the smallest edge.
     """
     import meshes
 
@@ -135,8 +135,8 @@ def _tighter(given: Any) -> Any:
 def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:
     """The scene with settings for a tenth of the accuracy, an elastic flight and finer elements.
 
-    For a third of it where the flight of the first is beyond `MOST_BENT`, None where both are; the
-    accuracy asked for is at least `hcm.SMALLEST`. The scene is refused where nothing falls.
+    For a third of it if the first's flight is beyond `MOST_BENT`; None if both are. The accuracy
+    asked for is at least `hcm.SMALLEST`. Raises RunFailedError: the surface is not reached.
     """
     lasts = impact_of(scene).time_s
     for share in WITHIN:

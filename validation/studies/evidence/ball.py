@@ -3,7 +3,7 @@
 Units of the ball: R = E = rho = 1, so that speeds are in those of a bar's wave, c = sqrt(E/rho).
 The mesh's ball lacks 3 % of the volume, which its density makes up for, and, lumped, has 1.8 %
 more inertia J than 2/5 m R^2: its spin, R w' = m R^2/J J_t/m by the tangential impulse J_t, is
-multiplied by what `mindlin` says that 2/5 m R^2 would make of it.
+multiplied by the ratio of `mindlin`'s spins for 2/5 m R^2 and for J.
 """
 
 import math
@@ -25,19 +25,19 @@ from validation.harness.interrupts import unless_interrupted
 from validation.studies.evidence.mindlin import FRICTION, spin
 
 EDGE, GROWTH, EVEN = 0.25, 1.6, 1.2  # edges over the patch's radius, their growth, the even part
-# Edges of the mesh that a number's error is told by, over its own; growth is to this power, so that
-# one mesh is the other's everywhere.
+# Edges of the mesh from which a number's error is estimated, over its own; growth is raised to this
+# power, so that both meshes are similar everywhere.
 COARSER = 1.5
 STIFFNESS = 100.0  # `surface_factor` times a/R: 0.4 % of Hertz's compliance is the penalty's
-CLEARANCE = 1e-3  # of Hertz's approach, below the ball at the start
-STEPS = 4000  # of hcm's ball, in a contact; half of them change the spin by 1e-4
+CLEARANCE = 1e-3  # gap below the ball at the start, over Hertz's approach
+STEPS = 4000  # of hcm's ball in a contact; half as many change the spin by 1e-4
 MASS = 4.0 / 3.0 * math.pi
 
 
 @dataclass(frozen=True)
 class Bounce:
     """A ball's contact: its force and the mass centre's approach over time (n,), a/R by Hertz, and
-    what it takes with it: spin R w'/(mu v_n).
+    the ball's final spin R w'/(mu v_n).
     """
 
     time: Floats
@@ -54,14 +54,14 @@ def hertz(speed: float, poisson: float) -> tuple[float, float]:
 
 
 def mesh_error(fine: float, coarse: float) -> float:
-    """Error of the finer mesh's number, of the first order in its edges."""
+    """Error of the finer mesh's number, if it is of first order in the edges."""
     return abs(fine - coarse) / (COARSER - 1.0)
 
 
 def by_elements(
     speed: float, x: float, poisson: float, snapshots: int = 8, coarser: float = 1.0
 ) -> Bounce:
-    """The reference's half ball that meets the wall at v_n = `speed`, v_t = x mu v_n."""
+    """Bounce of the reference's half ball that meets the wall at v_n = `speed`, v_t = x mu v_n."""
     depth, duration = hertz(speed, poisson)
     patch = math.sqrt(depth)
     mesh = half_ball(1.0, coarser * EDGE * patch, GROWTH**coarser, patch_size=EVEN * patch)
@@ -90,7 +90,7 @@ def by_elements(
 
 
 def by_reduced_model(speed: float, x: float, poisson: float) -> Bounce:
-    """The law of hcm's round tip (`RoundTipLaw`), with partial slip, under a rigid ball."""
+    """Bounce of a rigid ball on hcm's round-tip law (`RoundTipLaw`), with partial slip."""
     depth, duration = hertz(speed, poisson)
     assumed = hcm.Assumptions(lowest_point=True, hertz=True, partial_slip=True)
     rod = hcm.Phalanx(4.0, 2.0, 1.0, 1.0, 1, poisson_ratio=poisson)

@@ -36,7 +36,7 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
     Parameters
     ----------
     quick
-        What takes seconds, and no other program: three minutes.
+        Only what takes seconds and needs no other program: three minutes.
     out
         Folder for evidence/: index.html, evidence.csv, the figures.
     """

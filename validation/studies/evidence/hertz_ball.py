@@ -13,23 +13,23 @@ from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 RADIUS, YOUNG, POISSON, DENSITY, SPEED = 0.1, 70e9, 0.3, 2699.0, 0.2  # m, Pa, -, kg/m^3, m/s
 WAVE = math.sqrt(YOUNG / DENSITY)  # m/s
-# Each with half its last printed digit.
+# Names, units, printed values, and half a unit of their last digits.
 LARGEST = (
     ("largest approach", "um", 49.7, 0.05), ("largest force", "N", 11370.0, 5.0),
     ("duration", "us", 732.0, 0.5),
 )  # fmt: skip
-# Approach (um) and force (N) while it is loaded, by their finite elements; taken to be known to 1 %
-# of their figure's axis, of 12 kN.
+# Approach (um) and force (N) during loading, by their finite elements; taken to be known to 1 % of
+# their figure's axis of 12 kN.
 LOADING = ((12.01, 1303.0), (21.03, 3101.0), (32.04, 5865.0), (40.98, 8360.0), (49.99, 11326.0))
 READING = 120.0
 SNAPSHOTS = 200
-STEPS = 5e-4  # of hcm's numbers: two of its 4,000
+STEPS = 5e-4  # relative error of hcm's numbers: two of its 4,000 steps
 MODELS = ("hcm", "fem3d")
 
 
 @cache
 def _bounces(model: str) -> tuple[Bounce, Bounce]:
-    """A model's, and what its error is told by."""
+    """A model's bounce, and the one from which its error is estimated."""
     speed = SPEED / WAVE
     if model == "hcm":
         return (by_reduced_model(speed, 0.0, POISSON),) * 2
@@ -38,7 +38,7 @@ def _bounces(model: str) -> tuple[Bounce, Bounce]:
 
 
 def _loads(bounce: Bounce) -> Floats:
-    """Force at each approach that is stated, N, while it grows."""
+    """Force at each published approach during loading, N."""
     upto = slice(int(np.argmax(bounce.approach)) + 1)
     places = [1e-6 * micro / RADIUS for micro, _ in LOADING]
     force = np.interp(places, bounce.approach[upto], bounce.force[upto])
@@ -46,7 +46,7 @@ def _loads(bounce: Bounce) -> Floats:
 
 
 def _largest(bounce: Bounce) -> Floats:
-    """Approach, um, force, N, and duration, us."""
+    """Largest approach, um, largest force, N, and duration, us."""
     touch = bounce.time[bounce.force > 0.0]
     lasts = float(touch[-1] - touch[0]) * RADIUS / WAVE
     depth, force = bounce.approach.max() * RADIUS, bounce.force.max() * YOUNG * RADIUS**2
@@ -54,11 +54,11 @@ def _largest(bounce: Bounce) -> Floats:
 
 
 def rows(model: str, loading: bool, progress: Progress, _: Store) -> list[EvidenceRow]:
-    """The force at each approach that is stated, while it grows; or what is largest.
+    """The force at each published approach during loading; or the largest values.
 
-    An error of the stiffness by edges h under a patch of radius a goes with h/a, so with the
-    root of the approach, and with its power 2/5 into all that is largest: in both cases two meshes
-    are held against each other as a whole, for at one number they may meet by chance.
+    The error of the stiffness due to edges h under a patch of radius a goes as h/a, so as one over
+    the root of the approach, and enters the largest values with the power 2/5: in both cases two
+    meshes are compared over all numbers, since they may agree by chance at a single one.
     """
     progress(0.0, f"Hertz's ball, {model}")
     fine, coarse = map(_loads if loading else _largest, _bounces(model))

@@ -1,14 +1,14 @@
 """An elastic ball that hits a like body obliquely: Maw, Barber and Fawcett's theory (1976).
 
-Hertz's pressure and Mindlin's tractions, of which neither knows of the other (Dundurs' constant is
-zero: like bodies, or nu = 1/2 on a rigid wall), on a ball that is rigid but for its patch. In the
-form of dimensionality reduction, exact for these assumptions (Popov and Hess 2015, ch. 5): springs
-at the distances r, of the stiffnesses E* and G* a length, G*/E* = 2 (1 - nu)/(2 - nu),
+Hertz's pressure and Mindlin's tractions without coupling (Dundurs' constant is zero: like bodies,
+or nu = 1/2 on a rigid wall), on a ball that is rigid except for its patch. By the method of
+dimensionality reduction, exact for these assumptions (Popov and Hess 2015, ch. 5), with springs at
+distances r of stiffness E* and G* per length, G*/E* = 2 (1 - nu)/(2 - nu),
 
     m d.. = -F_n,   m s.. = -(1 + m R^2/J) F_t,   F_n = 4/3 E* sqrt(R) d^(3/2),
     F_t = 2 G* int u dr,   u. = s. where |u| < mu (E*/G*) (d - r^2/R).
 
-It needs no unit: x = v_t/(mu v_n) and the spin y = R w'/(mu v_n) are all that is left.
+It is dimensionless: only x = v_t/(mu v_n) and the spin y = R w'/(mu v_n) remain.
 """
 
 import math

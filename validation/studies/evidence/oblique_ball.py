@@ -1,4 +1,4 @@
-"""An elastic ball that hits a rigid wall obliquely: Chung and Ooi (2011), test 5, and who is right.
+"""An elastic ball that hits a rigid wall obliquely: Chung and Ooi (2011), test 5, and the theory.
 
 x = v_t/(mu v_n), y = R w'/(mu v_n), e = 1, mu = 0.3.
 """
@@ -14,18 +14,18 @@ from validation.studies.evidence.ball import COARSER, by_elements, by_reduced_mo
 from validation.studies.evidence.mindlin import spin
 from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
-# x, y by published finite elements; taken to be known to 1 % of the figure's axis.
+# x, y from published finite elements; taken to be known to 1 % of the figure's axis.
 POINTS = {
     0.318: 0.187, 0.595: 0.406, 0.890: 0.665, 1.185: 0.982, 1.532: 1.355, 1.896: 1.793,
     2.277: 2.321, 2.763: 2.856, 3.301: 3.441, 3.890: 4.041, 4.688: 4.569, 5.659: 4.941,
     9.040: 4.972,
 }  # fmt: skip
 READING = 0.05
-BY_ELEMENTS = (0.890, 2.277, 4.688, 9.040)  # of the points, those that the reference takes
+BY_ELEMENTS = (0.890, 2.277, 4.688, 9.040)  # the points that the reference solves
 POISSON, SPEED = 0.3, 1e-3  # v_n over a bar's wave
 SMALL_SPEED = 1e-5  # where the patch is as small as the theory assumes
-LIMIT_X, LIMIT_SPEEDS = 0.890, (3e-3, 1e-3, 3e-4)  # where the patch is followed to nothing
-# Shares of y. hcm's springs: 22 of them are under a patch of a/R = 0.013.
+LIMIT_X, LIMIT_SPEEDS = 0.890, (3e-3, 1e-3, 3e-4)  # where the patch is extrapolated to zero
+# Relative errors of y; hcm's has 22 of its springs under a patch of a/R = 0.013.
 THEORY, SPRINGS = 1e-3, 2e-3
 
 
@@ -45,7 +45,7 @@ def _row(
 def published_rows(
     model: str, places: tuple[float, ...], progress: Progress, _: Store
 ) -> list[EvidenceRow]:
-    """A model against what is published, with the theory beside it."""
+    """A model against the published values, with the theory's beside them."""
     found = []
     for number, x in enumerate(places):
         progress(number / len(places), f"oblique ball, {model}, x = {x:g}")
@@ -55,19 +55,19 @@ def published_rows(
 
 
 def theory_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
-    """The law of hcm against theory."""
+    """The law of hcm against the theory."""
     progress(0.0, "oblique ball, theory")
     return [_row(x, spin(x, POISSON), THEORY, "hcm", SMALL_SPEED) for x in BY_ELEMENTS]
 
 
 def limit_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
-    """The reference's spin where its patch is followed to nothing, along a line in a/R.
+    """The reference's spin with its patch extrapolated to zero, by a line in a/R.
 
-    Its error is what a parabola through the three points gives instead, and what a coarser mesh's
-    line does; both meshes are coarser than the rows' above, for small patches take many elements.
+    Its error is the difference from a parabola through the three points plus that from a coarser
+    mesh's line; both meshes are coarser than in other rows, as small patches take many elements.
     """
     found, theory, published = [], "theory of like bodies", "published"
-    for poisson in (POISSON, 0.45):  # nearer to 0.5 steps are short
+    for poisson in (POISSON, 0.45):  # nearer to 0.5 steps get short
         lines = []
         for by in (COARSER, COARSER**2):
             progress(0.0, f"oblique ball, nu = {poisson}")

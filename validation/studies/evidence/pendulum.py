@@ -1,8 +1,8 @@
 """PyElastica's swinging flexible pendulum: a hinged rod, let go from the horizontal.
 
-hcm's beam is integrated by `hcm.reference_solution`, whose steps err by 1e-8: what is left is its
-elements. PyElastica's staggered grid is of second order (40, 80, 160 elements: 4.3 to 1); two are
-extrapolated.
+hcm's beam is integrated by `hcm.reference_solution` to a tolerance of 1e-8: the error is that of
+its elements. PyElastica's staggered grid is of second order (40, 80, 160 elements: 4.3 to 1); two
+are extrapolated.
 """
 
 import importlib.util
@@ -45,7 +45,7 @@ def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
         progress(0.0, f"PyElastica's pendulum, E {young:g} Pa")
         body = LENGTH, RADIUS, DENSITY, young, POISSON, GRAVITY
         half, whole = (swing(*body, elements, TIMES) for elements in THEIRS)
-        last = (whole - half) / 3.0  # of an error that falls with the square of an edge
+        last = (whole - half) / 3.0  # for an error that falls with the square of an edge
         progress(0.5, f"the pendulum by hcm, E {young:g} Pa")
         coarse, ours = (by_hcm(young, n) for n in OURS)
         error, outside = np.abs(ours - coarse), whole + last
@@ -61,7 +61,7 @@ def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
 
 
 def absent() -> str:
-    """Why it cannot be run."""
+    """Why it cannot be run; empty if it can."""
     here = importlib.util.find_spec("elastica") is not None
     return "" if here else "PyElastica is not installed: pip install 'fingertap[bench]'"
 

@@ -1,4 +1,4 @@
-"""The page: a figure of the hierarchy, and a table a piece."""
+"""The page: a figure of the hierarchy, and a table per piece."""
 
 import math
 from collections import Counter
@@ -16,8 +16,8 @@ from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
 from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
 
-WIDTH, LINE = 3.5, 0.42  # of the figure, and of a piece in it, inches
-HEADING = 0.6  # of a level's name, over a piece's line
+WIDTH, LINE = 3.5, 0.42  # width of the figure, height of a piece in it, inches
+HEADING = 0.6  # height of a level's name over a piece's line
 SMALLEST = 1e-3  # percent; below it the figure's axis is linear
 SAID = {"within uncertainty": "agrees", "resolved": "differs", "cannot tell": "cannot tell"}
 COLORS = {"agrees": GREEN, "differs": ORANGE, "cannot tell": GREY}
@@ -51,9 +51,9 @@ def difference_text(row: EvidenceRow) -> str:
 
 
 def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
-    """Every row's difference with its uncertainty, percent, a line a piece, level above level.
+    """Draw every row's difference and uncertainty, percent, a line per piece, level by level.
 
-    As wide as a telephone shows legibly: names stand above their lines.
+    It is narrow enough to be legible on a telephone: names stand above their lines.
     """
     levels = [[one for one in shown if one.rows and one.piece.level == level] for level in LEVELS]
     lines = sum(map(len, levels)) + HEADING * sum(map(bool, levels))
@@ -94,7 +94,7 @@ def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
 
 
 def tally(shown: Sequence[Shown]) -> list[dict[str, Any]]:
-    """How many numbers of each piece agree, differ or do neither."""
+    """How many numbers of each piece agree, differ or cannot tell."""
     return [
         {"how many": one.piece.title} | {said: counts[said] or None for said in COLORS}
         for one in sorted(shown, key=lambda one: LEVELS.index(one.piece.level))

@@ -1,7 +1,7 @@
 """The contract of a piece of evidence: one problem that somebody else solved or measured.
 
 Its `solve` returns rows, each an outside number beside ours; `compare.verdict` judges them. Levels
-are those of a validation hierarchy (ASME V&V 10): a tap is believed as far as what it is made of.
+are those of a validation hierarchy (ASME V&V 10): a tap is only as credible as its parts.
 """
 
 import tomllib
@@ -22,7 +22,7 @@ WIDEST = 10.0  # percent: errors beyond which agreement says nothing
 
 @dataclass(frozen=True)
 class EvidenceRow:
-    """One number by others and by our model, in `unit`, with the error that either is known to."""
+    """One number by others and by our model, in `unit`, each with its error."""
 
     quantity: str
     unit: str
@@ -41,12 +41,12 @@ class EvidenceRow:
 
 @dataclass(frozen=True)
 class Piece:
-    """One problem, of which `name` is the key.
+    """One problem; `name` is its key.
 
     source : whose numbers, where from, who read them off a figure. what : the problem, and why they
-    differ where that is known. modules, data : code and files that make the rows. solve : takes a
-    store for what of it takes minutes. absent : why it cannot be run now, "" if it can. slow :
-    whether ``--quick`` leaves it out.
+    differ if that is known. modules, data : code and files that the rows depend on. solve : makes
+    the rows; its store keeps parts that take minutes. absent : why it cannot be run now, "" if it
+    can. slow : whether ``--quick`` leaves it out.
     """
 
     name: str
@@ -67,7 +67,7 @@ TEXTS = tomllib.loads((DATA / "evidence.toml").read_text("utf-8"))
 def described(key: str, **words: object) -> dict[str, Any]:
     """Title, level, source and what of a piece, from ``data/evidence.toml``; `words` fill them in.
 
-    They stand apart from the code that makes the rows, whose change makes them anew.
+    They are kept apart from the code of the rows, any change of which computes those again.
     """
     texts = {name: text.format(**TEXTS["shared"], **words) for name, text in TEXTS[key].items()}
     return {name: " ".join(text.split()) for name, text in texts.items()}

@@ -1,13 +1,13 @@
-"""Others' beams at rest, clamped, under dead loads: by hcm's elements, and by either's energy.
+"""Published clamped beams at rest under dead loads: by hcm's elements, and by either's energy.
 
-hcm's elements store E A e^2/2 + E I k^2/2 a length with e = (r'.r' - 1)/2 and k = |r''|; Exudyn's
+hcm's elements store E A e^2/2 + E I k^2/2 per length with e = (r'.r' - 1)/2 and k = |r''|; Exudyn's
 with e = |r'| - 1 and k = (r' x r'')/|r'|^2. With r' = lam (cos th, sin th) and the load F(s) that
-is carried at s, both are stationary where, exactly and without elements,
+is carried at s, both energies are stationary where, exactly and without elements,
 
     hcm:     E I lam'' = E A e lam + E I lam th'^2 - F.t,   (E I lam^2 th')' = -lam F.n,
     Exudyn:  E A (lam - 1) = F.t,                                  E I th'' = -lam F.n,
 
-with th(0) = 0, th'(L) = lam'(0) = lam'(L) = 0: what they differ by is no error of either. The
+with th(0) = 0, th'(L) = lam'(0) = lam'(L) = 0: their difference is not an error of either code. The
 second gives Exudyn's own number to its last digits.
 """
 
@@ -27,12 +27,12 @@ from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 POINTS, TOLERANCE = 400, 1e-10  # of the boundary-value problem
 ELEMENTS = 64
-HELD = np.array([0, 1, 2, 3, 5])  # the hinge's multipliers; the first node but for its stretch
+HELD = np.array([0, 1, 2, 3, 5])  # the hinge's multipliers; the first node except its stretch
 
 
 @dataclass(frozen=True)
 class ClampedBeam:
-    """A beam along X, clamped at 0 (place, and no slope), with a force at its end and its weight.
+    """A beam along X, clamped at 0 (place and slope), with a force at its end and its weight.
 
     length : L, m. axial, bending : E A, N, and E I, N m^2. force, weight : downwards, N and N/m.
     """
@@ -74,14 +74,14 @@ class ClampedBeam:
         return np.array([found.y[0, -1] - self.length, found.y[1, -1]])
 
     def _exudyn(self, y: Floats, load: Floats) -> Floats:
-        """Slopes of (x, y, th, th')."""
+        """Derivatives of (x, y, th, th') along s."""
         sine, cosine = np.sin(y[2]), np.cos(y[2])
         stretch = 1.0 + load * sine / self.axial
         bent = -stretch * load * cosine / self.bending
         return np.stack([stretch * cosine, stretch * sine, y[3], bent])
 
     def _hcm(self, y: Floats, load: Floats) -> Floats:
-        """Slopes of (x, y, th, lam^2 th', lam, lam')."""
+        """Derivatives of (x, y, th, lam^2 th', lam, lam') along s."""
         sine, cosine, stretch = np.sin(y[2]), np.cos(y[2]), y[4]
         turning = y[3] / stretch**2
         pull = 0.5 * self.axial * (stretch**2 - 1.0) * stretch - load * sine
@@ -94,7 +94,7 @@ class ClampedBeam:
 def rows(
     beam: ClampedBeam, stated: tuple[float, ...], known: float, progress: Progress, _: Store
 ) -> list[EvidenceRow]:
-    """Of each displacement that is stated, hcm's as it is and less what the energies differ by."""
+    """Per published displacement hcm's own, and hcm's minus the difference of the energies."""
     progress(0.0, "Exudyn's beams")
     fine, coarse = beam.by_elements(ELEMENTS), beam.by_elements(ELEMENTS // 2)
     gap = beam.by_energy(own=True) - beam.by_energy(own=False)
@@ -112,7 +112,7 @@ def rows(
 
 
 def princeton_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
-    """The sag of the Princeton beam, flat and on edge, by beams and by solids of ANSYS."""
+    """The sag of the Princeton beam, flat and on edge, against ANSYS' beams and solids."""
     progress(0.0, "the Princeton beam")
     length, young, poisson, sides = 0.508, 71.7e9, 0.31, (12.3777e-3, 3.2024e-3)
     area, found = sides[0] * sides[1], []
@@ -138,11 +138,11 @@ PRINCETON = {
     "flat": ((0.146245978, 0.143848652), (0.200677707, 0.197669499)),
     "on edge": ((1.071417630e-2, 1.069752828e-2), (1.606423724e-2, 1.603700622e-2)),
 }
-# Share of it that is taken to be known: of beams, which changed little from 10 elements to 199; of
+# Relative errors that are assumed: of beams, which changed little from 10 elements to 199; of
 # solids, of which finer ones "don't have much influence".
 ANSYS = {"beams": 2e-4, "solids": 2e-3}
-# As Exudyn prints them, and how far they are known: its cantilever's 256 elements are 5e-12 m from
-# it; the cable's are "converged to 4 digits".
+# Exudyn's printed values, and their errors: its cantilever's 256 elements are 5e-12 m off; the
+# cable's are "converged to 4 digits".
 EXUDYN = {
     "cantilever": (ClampedBeam(2.0, 2.07e9, BENDING, force=3.0 * BENDING / 4.0),
                    (-0.508537304326, -1.207239854550), 1e-10),

@@ -15,12 +15,12 @@ from validation.studies.evidence.taps import TAPS, Tap, calculix_tap, reference_
 WIDTH = 3.5  # inches
 COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
 FIELDS_OF = ("tap-soft", "tap-hard")
-REACH_MM = 7.0  # from the lowest point, that is shown
+REACH_MM = 7.0  # of what is shown, from the lowest point
 LIMIT = 99.0  # percentile of the stresses at which colours end
 
 
 def draw_forces(path: Path, store: Store) -> None:
-    """The forces of all taps, a panel each, both elements of CalculiX in it."""
+    """Draw the forces of all taps, a panel each, with both of CalculiX's elements."""
     groups = [list(taps) for _, taps in groupby(TAPS.values(), lambda tap: tap.ours)]
     with panels(path, 1, len(groups), width=WIDTH, height=2.3) as axes:
         for (axis,), taps in zip(axes, groups, strict=True):
@@ -37,7 +37,7 @@ def draw_forces(path: Path, store: Store) -> None:
 
 
 def draw_field(path: Path, tap: Tap, store: Store) -> None:
-    """Von Mises' stress at the tip in the plane of symmetry: theirs, ours, the difference."""
+    """Draw von Mises' stress at the tip in the plane of symmetry: theirs, ours, the difference."""
     from matplotlib.collections import PolyCollection
 
     theirs, own = calculix_tap(tap, store), reference_tap(tap, store)

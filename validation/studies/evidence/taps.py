@@ -1,8 +1,8 @@
 """The whole tap by CalculiX: the reference's mesh, impact state, hinges and contact's stiffness.
 
-What CalculiX does otherwise stands in `peers.calculix_impact`; its steps are implicit (HHT, alpha =
--0.05) and take three or four Newton iterations each: ten minutes to an hour a tap. So its outcome
-is kept in ``validation/data`` with date and machine; ``--fresh`` runs it again.
+`peers.calculix_impact` says what CalculiX does differently; its steps are implicit (HHT, alpha =
+-0.05) and take three or four Newton iterations each: ten minutes to an hour per tap. Its results
+are therefore kept in ``validation/data`` with date and machine; ``--fresh`` runs it again.
 """
 
 from dataclasses import dataclass, replace
@@ -31,14 +31,14 @@ from validation.scenes.load import load_scene
 from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 KEPT = DATA / "calculix_taps.json"
-# Of an increment. C3D8I on the soft finger with friction settles neither at 4 us nor at 2.
+# Length of an increment. C3D8I on the soft finger with friction converges neither at 4 us nor at 2.
 STEP_S = {"soft": {"C3D8": 2e-6, "C3D8I": 1.5e-6}, "hard": {"C3D8": 1e-6, "C3D8I": 1e-6}}
 AFTER_S = 2e-5  # of motion after our own tap
-CLEARANCE_M = 5e-6  # below the impact state
+CLEARANCE_M = 5e-6  # gap below the impact state
 TIMEOUT_S = 3 * 3600.0
 ENDS = 0.01  # of the peak, where a curve's duration is read
 JUDGED = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
-# Edges at the tip of 0.4 of Hertz's radius: CalculiX takes minutes, and our errors are percents.
+# Edges at the tip of 0.4 Hertz's radius: CalculiX takes minutes, and our errors are some percent.
 MESH = ("patch_size=0", "axial_size=4e-3", "contact=surface")
 EDGES = {"soft": ("tip_size=2.5e-4", "growth=1.6"), "hard": ("tip_size=1.5e-4", "growth=2")}
 
@@ -57,17 +57,17 @@ class Tap:
 
     @property
     def ours(self) -> tuple[str, float, float]:
-        """What our own tap knows of it."""
+        """The part on which our own tap depends: all but the element."""
         return self.scene, self.factor, self.friction
 
 
 @dataclass(frozen=True)
 class CalculixTap:
-    """What CalculiX made of a tap, and where.
+    """CalculiX's result for a tap, with date and machine.
 
-    time_s, normal_force_N : from the impact state, of the full body; step_s : of its increments.
-    von_mises_kPa : of each element's mean stress, of the increment next to our own peak's snapshot,
-        at field_time_s from the impact state; none where it was not kept.
+    time_s, normal_force_N : from the impact state, of the full body; step_s : its increment.
+    von_mises_kPa : of each element's mean stress, in the increment nearest to our own peak's
+        snapshot, at field_time_s from the impact state; empty if it was not kept.
     """
 
     tap: Tap
@@ -84,10 +84,10 @@ class CalculixTap:
 
 @dataclass(frozen=True)
 class ReferenceTap:
-    """What the reference made of a tap; times from the impact state.
+    """The reference's result for a tap; times are from the impact state.
 
     errors : absolute, by quantity. von_mises_kPa, volume_m3 : of the elements, at field_time_s.
-    cut, corners_mm : those that the plane of symmetry cuts, and their four corners in it.
+    cut, corners_mm : the elements at the plane of symmetry, and their four corners in it.
     """
 
     time_s: tuple[float, ...]
@@ -135,13 +135,13 @@ def at_peak(run: Any) -> Any:
 
 
 def reference_tap(tap: Tap, store: Store) -> ReferenceTap:
-    """Our tap, stored or new; CalculiX' element is nothing to it."""
+    """Our own tap, stored or new; it does not depend on CalculiX's element."""
     inputs = {"result": "our tap", "tap": tap.ours, "program": identity.program(__name__)}
     return store.obtain(inputs, ReferenceTap, lambda: by_reference(tap))
 
 
 def by_reference(tap: Tap) -> ReferenceTap:
-    """Solve it."""
+    """Solve a tap with the reference."""
     run, model, _, start_s, placed, _ = prepared(*tap.ours)
     peak = at_peak(run)
     cells, faces = calculix_impact.faces_within(model.cells, model.symmetry)
@@ -156,7 +156,7 @@ def by_reference(tap: Tap) -> ReferenceTap:
 
 
 def by_calculix(tap: Tap) -> CalculixTap:
-    """Run it; an ArithmeticError says how it failed. One that was stopped keeps what it has."""
+    """Run a tap with CalculiX; raises ArithmeticError if it fails, keeps what a stopped run has."""
     run, model, material, start_s, placed, velocity = prepared(*tap.ours)
     until = run.summary.contact_time_s + run.summary.contact_duration_s - start_s
     deck = calculix_impact.deck(
@@ -167,7 +167,7 @@ def by_calculix(tap: Tap) -> CalculixTap:
 
 
 def outcome(tap: Tap, ran: calculix.CalculixRun) -> CalculixTap:
-    """What is kept of a run; an ArithmeticError says how it failed."""
+    """The part of a run that is kept; an ArithmeticError says how a run failed."""
     if ran.answer not in (calculix.COMPLETED, calculix.TIMED_OUT):
         raise ArithmeticError(f"CalculiX {ran.answer}")
     run, model, _, start_s, *_ = prepared(*tap.ours)
@@ -187,7 +187,7 @@ def kept_taps() -> dict[Tap, CalculixTap]:
 
 
 def calculix_tap(tap: Tap, store: Store) -> CalculixTap:
-    """A run of this machine if there is one, else the kept one, else a new one."""
+    """A stored run of this machine if there is one, else the kept one, else a new one."""
     inputs = {"result": "CalculiX' tap", "tap": vars(tap), "program": identity.program(__name__)}
     wanted = store.fresh and calculix.available()
     found = store.find(inputs, CalculixTap) or (None if wanted else kept_taps().get(tap))
@@ -204,7 +204,7 @@ def duration(time: Floats, force: Floats) -> float:
 
 
 def numbers_of(tap: ReferenceTap | CalculixTap) -> dict[str, float]:
-    """The judged numbers of a force's curve; of one that was stopped in contact its peak alone."""
+    """The judged numbers of a force curve; only the peak of one that was stopped in contact."""
     time, force = np.array(tap.time_s), np.array(tap.normal_force_N)
     found = [float(force.max())]
     if force[-1] == 0.0:
@@ -214,9 +214,9 @@ def numbers_of(tap: ReferenceTap | CalculixTap) -> dict[str, float]:
 
 
 def shares(tap: Tap, store: Store) -> dict[str, float]:
-    """Relative errors of our tap by its mesh: those on stiff springs.
+    """Relative errors of our tap due to its mesh: those on stiff springs.
 
-    Springs are given, and the same for both programs: what softer ones change is no error here.
+    Springs are given, and the same in both programs: the effect of softer ones is not an error.
     """
     own = reference_tap(replace(tap, factor=STIFF), store)
     return {key: own.errors[key] / abs(value) for key, value in numbers_of(own).items()}
@@ -225,8 +225,8 @@ def shares(tap: Tap, store: Store) -> dict[str, float]:
 def rows(tap: Tap, progress: Progress, store: Store) -> list[EvidenceRow]:
     """Peak, impulse, duration and field of stress; the mesh, which they share, errs alike in both.
 
-    Of a run that was stopped in contact, its peak and the field there, which errs as the
-    peak does.
+    A run that was stopped in contact has only its peak and the field there. The field's relative
+    error is taken to be the peak's.
     """
     progress(0.0, f"the {tap.scene} tap by CalculiX and the reference")
     theirs, own = calculix_tap(tap, store), reference_tap(tap, store)
@@ -260,7 +260,7 @@ def rows(tap: Tap, progress: Progress, store: Store) -> list[EvidenceRow]:
 def fields(theirs: CalculixTap, own: ReferenceTap) -> tuple[float, float, float]:
     """Von Mises' stress over the body, sqrt(∫ s² dV / V), Pa: theirs, ours, and ours less theirs.
 
-    The last over the first.
+    The last one is relative to the first.
     """
     share = np.array(own.volume_m3) / sum(own.volume_m3)
     other, mine = (1e3 * np.array(of.von_mises_kPa) for of in (theirs, own))

@@ -69,7 +69,7 @@ def load_case(store: Store, case: Case) -> CaseRun | None:
 
 
 def keep_case(store: Store, run: CaseRun) -> None:
-    """Store a case that came to its own end; a flight that stops at the touch is one."""
+    """Store a case unless it was interrupted; a flight that stops at the touch is complete."""
     if run.record.status != "INTERRUPTED":
         store.keep(_inputs(run.case), lambda entry: _write(entry, run))
 

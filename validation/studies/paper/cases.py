@@ -3,9 +3,9 @@
 Cases named after a figure are the paper's own; those named after an experiment change a choice that
 the paper leaves open or makes coarsely, to find out why a number differs.
 
-Of its numerics the article prints xi = 0.8, steps of 1 ms in flight and 0.1 us in contact, and a
-start from q.. = 0 (fig. 6). The times under fig. 13's postures (67.2, 9.1 and 6.7 ms in flight) are
-no multiples of 1 ms; all nine are multiples of 0.02 ms, the longest flight step that they allow.
+The numerics that the article states are xi = 0.8, steps of 1 ms in flight and 0.1 us in contact,
+and a start from q.. = 0 (fig. 6). The times of fig. 13's postures (67.2, 9.1 and 6.7 ms in flight)
+are not multiples of 1 ms; all nine are multiples of 0.02 ms, the longest flight step they allow.
 """
 
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _PAPER = (
 )
 PRINTED = ("solver.hcm.flight_step=1e-3", *_PAPER)
 POSTURE_GRID = ("solver.hcm.flight_step=2e-5", *_PAPER)
-# What a scene without a [solver.hcm] table runs with.
+# The settings of a scene without a [solver.hcm] table.
 DEFAULTS = (
     "solver.hcm.flight_step=1e-4",
     "solver.hcm.flight_tolerance=1e-6",
@@ -56,7 +56,7 @@ def friction_case(mu: float) -> str:
 
 
 def undriven_cases() -> tuple[Case, ...]:
-    """Sections 4.1 and 4.2."""
+    """The cases of sections 4.1 and 4.2."""
     restituting = ("tip.restitution=0.8",)
     moduli = {f"E={n} GPa": (f"material.youngs_modulus={e!r}",) for n, e in MODULI.items()}
     diameters = {f"delta={n}": (f"finger.diameter={d!r}",) for n, d in DIAMETERS.items()}
@@ -79,7 +79,7 @@ def undriven_cases() -> tuple[Case, ...]:
 
 
 def experiments() -> tuple[Case, ...]:
-    """Choices that the paper leaves open, varied one at a time."""
+    """Cases that vary choices which the paper leaves open, one at a time."""
     slender = (f"finger.diameter={DIAMETERS['32']!r}",)
     variations = {
         "N=15": "finger.elements=5",

@@ -31,7 +31,7 @@ from validation.studies.paper.validation_findings import validation_findings
 def run_scenes(
     folder: Path, model: str, overrides: tuple[str, ...], variant: str, store: Store
 ) -> dict[str, RunRecord]:
-    """A model on both scenes, each in a process of its own; failures left out."""
+    """Run a model on both scenes, each in a process of its own; failed runs are left out."""
     records = {}
     for scene in SCENES:
         (record,) = in_fresh_process([Job(scene, model, overrides, variant)], folder, store)

@@ -20,7 +20,7 @@ VARIED = ("N=15", "N=120", "tolerance 1 nm", "xi=0.5")
 
 
 def loop_closure(runs: CaseRuns, case: str) -> float:
-    """Residual deformation at separation over (1 - e*^2) sum(u_Yc - u_Yr), less 1 (fig. 4).
+    """Residual deformation at separation over (1 - e*^2) sum(u_Yc - u_Yr), minus 1 (fig. 4).
 
     u_Yc = Fn/k at the end of each compression and u_Yr at the end of each restitution but the last.
     """

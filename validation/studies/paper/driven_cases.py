@@ -1,9 +1,9 @@
 """The runs behind section 4.3: driven cases 1 to 3 with a factor on the printed t_3.
 
-Beside each case at the identified factor stand its variations: the factor's uncertainty, the factor
-of case 2's arrival alone (the time that is printed with most digits), a coarser mesh, other steps,
+Each case at the identified factor is accompanied by variations: the factor's uncertainty, the
+factor from case 2's arrival alone (the time printed with most digits), a coarser mesh, other steps,
 other tangential stiffnesses (the article gives none), and the article's numerics with the factor
-that its arrival times give under them.
+identified under them.
 """
 
 from collections.abc import Mapping
@@ -41,7 +41,7 @@ VARIED = ("low", "high", "case 2 alone", *OTHERS, *NUMERICS)
 
 
 def torques(scene: str, factor: float) -> str:
-    """The override that gives a driven scene its torques, t_3 being ``factor`` times its print."""
+    """The override with a driven scene's torques, t_3 being ``factor`` times the printed value."""
     t1, t2, t3 = PRINTED_TORQUES[scene]
     return f"drive.torques=[{t1}, {t2}, {t3 * factor!r}]"
 
@@ -72,9 +72,9 @@ def with_postures(scene: str, factor: float) -> Case:
 def driven_cases(
     factor: float, uncertainty: float, case_2_factor: float, fitted: Mapping[str, float]
 ) -> tuple[Case, ...]:
-    """Section 4.3.
+    """The cases of section 4.3.
 
-    factor, uncertainty : the identified t_3 factor, N m a printed unit.
+    factor, uncertainty : the identified t_3 factor, N m per printed unit.
     case_2_factor : the factor with which case 2 arrives at its printed time.
     fitted : the factor identified under each of ``NUMERICS``.
     """

@@ -1,7 +1,7 @@
 """Section 4.3, figs. 13 to 16: the driven cases, with the identified t_3 factor.
 
-The torques act at once on a finger without damping: what follows rings at every frequency that the
-mesh holds. Readings that depend on that ringing are given with their variations (`driven_cases`).
+The torques act suddenly on a finger without damping, which then rings at every frequency of the
+mesh. Readings that depend on that ringing are given with their variations (`driven_cases`).
 """
 
 from collections.abc import Callable
@@ -40,12 +40,12 @@ def _varied(read: Callable[[str], object]) -> str:
 
 
 def duration_ms(run: CaseRun) -> float:
-    """How long the first tap lasts."""
+    """Duration of the first tap, ms."""
     return 1e3 * (run.record.value("contact_duration_s") or float("nan"))
 
 
 def _band(read: Callable[[str], float], claim: Claim) -> str:
-    """The reading over the factor's uncertainty, and whether the print lies inside."""
+    """The reading's range over the factor's uncertainty; whether the printed value is inside."""
     values = [read(suffix) for suffix in (" low", "", " high")]
     low, high, rounding = min(values), max(values), printed_rounding(claim.paper_value)
     inside = low - rounding <= claim.number <= high + rounding

@@ -1,4 +1,4 @@
-"""What runs of the driven cases say for each of the article's rows of figs. 13 to 16."""
+"""Values of the driven cases for each of the article's claims in figs. 13 to 16."""
 
 from collections.abc import Callable
 
@@ -40,12 +40,12 @@ def ratio(runs: CaseRuns, over: str, key: Callable[[CaseRun], float], suffix: st
 
 
 def stress_MPa(run: CaseRun) -> float:
-    """Largest stress at R."""
+    """Largest stress at R, MPa."""
     return 1e-6 * readings.largest_stress(run)
 
 
 def driven_values(runs: CaseRuns) -> dict[str, float | bool]:
-    """Values by claim, of the cases under the scenes' names."""
+    """Values by claim, from the cases that `runs` holds under the scenes' names."""
     three = runs[THREE]
     _, tangential = readings.curve(three, "tangential_force_N")
     return {

@@ -35,7 +35,7 @@ SLENDER = [
 def draw_forces_and_stress(
     forces: Any, stress: Any, runs: CaseRuns, cases: Cases, letters: str
 ) -> None:
-    """Fn solid and Ft dashed on one axis, the stress at R on another, one colour a case."""
+    """Draw Fn (solid), Ft (dashed) on one axis, the stress at R on another, one colour per case."""
     lines = (
         (forces, "normal_force_N", 1.0, "-"),
         (forces, "tangential_force_N", 1.0, "--"),
@@ -51,7 +51,7 @@ def draw_forces_and_stress(
 
 
 def two_studies(path: Path, runs: CaseRuns, left: Cases, right: Cases) -> None:
-    """Forces above, stress at R below, of two studies side by side."""
+    """Draw two studies side by side: forces above, stress at R below."""
     with panels(path, 2, 2) as ((a, b), (c, d)):
         draw_forces_and_stress(a, c, runs, left, "ac")
         draw_forces_and_stress(b, d, runs, right, "bd")
@@ -118,9 +118,9 @@ def figure_14(path: Path, runs: CaseRuns) -> None:
 
 
 def _drawn_events(run: CaseRun) -> list[int]:
-    """Indices of contact, separation, and the reversals that part peaks of Fn.
+    """Indices of contact, separation, and the reversals that separate peaks of Fn.
 
-    A peak stands out by a twentieth of the largest force: smaller ones are ripples on it.
+    A peak stands out by at least `SHARE` of the largest force; smaller ones are ripples.
     """
     from scipy.signal import find_peaks
 
@@ -175,7 +175,7 @@ FIGURE_9 = "Fig. 9: reduced model against the ls-dyna-like reference (other mode
 def draw_figures(
     folder: Path, runs: CaseRuns, references: Mapping[str, RunRecord]
 ) -> list[tuple[Path, str]]:
-    """All figures; returns paths and captions. `references` are the reference's runs by scene."""
+    """Draw all figures; returns paths and captions. references : the reference's runs by scene."""
     own = [replace(runs[scene].record, variant="") for scene in SCENES]
     overlay_figure(folder / "fig-09.png", [*own, *references.values()], (), SCENES)
     captions = {"fig-09": FIGURE_9}

@@ -60,7 +60,7 @@ def _stress_reason(runs: CaseRuns) -> str:
 
 
 def _steady_stress(runs: CaseRuns) -> tuple[bool, str]:
-    """Whether the largest stress is the same for mu = 0.9, 1.1, 1.3, and what eta^2 does to it."""
+    """Whether the largest stress is the same for mu = 0.9, 1.1, 1.3; how it depends on eta^2."""
 
     def stresses(suffix: str) -> list[float]:
         return [1e-6 * largest_stress(runs[friction_case(mu) + suffix]) for mu in (0.9, 1.1, 1.3)]

@@ -19,7 +19,7 @@ VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED, INCOMPARABLE)
 SAME_PERCENT = 1.0
 CLOSE_PERCENT = 5.0
 REFERENCE_ROWS = frozenset(("T2.5", "T2.6", "T2.7", "T2.8", "T3.3", "T3.4", "T3.7", "T3.8"))
-# errors against a run that nobody has, and another machine's time and memory
+# errors against a run that is not available, and another machine's time and memory
 INCOMPARABLE_ROWS = frozenset(
     [*(f"T2.{row}" for row in (9, 10, 11)), *(f"T3.{row}" for row in range(1, 9))]
 )
@@ -30,8 +30,8 @@ class Finding:
     """Our value for a claim.
 
     value : in the claim's unit; True or False for a state; None where there is no run to read.
-    reason : where it comes from, and what experiments say where it differs.
-    contradiction : the arithmetic that shows the paper against itself, empty if it does not.
+    reason : where it comes from, and what experiments show if it differs.
+    contradiction : the arithmetic by which the paper contradicts itself; empty if it does not.
     """
 
     value: float | bool | None
@@ -43,8 +43,8 @@ class Finding:
 class LedgerRow:
     """One line of the ledger.
 
-    deviation : 100 (ours - paper)/|paper| in percent; of a number that is a percentage itself, ours
-    - paper in percentage points. deviation_unit : which of the two.
+    deviation : 100 (ours - paper)/|paper| in percent; if the number is itself a percentage, ours -
+    paper in percentage points. deviation_unit : which of the two.
     """
 
     claim: Claim
@@ -62,7 +62,7 @@ def printed_rounding(text: str) -> float:
 
 
 def close_to(paper: str) -> float:
-    """How far off a printed number another one may be that is close to it."""
+    """Largest distance from a printed number at which another one is close to it."""
     return max(CLOSE_PERCENT / 100 * abs(float(paper)), printed_rounding(paper))
 
 
@@ -107,7 +107,7 @@ def judge(claim: Claim, finding: Finding) -> LedgerRow:
 
 
 def ledger(claims: Iterable[Claim], findings: Mapping[str, Finding]) -> tuple[LedgerRow, ...]:
-    """All claims, none skipped."""
+    """One row for every claim, in order."""
     return tuple(judge(claim, findings[claim.id]) for claim in claims)
 
 
@@ -134,7 +134,7 @@ def by_place(rows: Sequence[LedgerRow]) -> dict[str, tuple[list[LedgerRow], dict
 
 
 def counts(rows: Sequence[LedgerRow]) -> dict[str, int]:
-    """How many rows have each verdict; those that none has are left out."""
+    """Number of rows with each verdict; verdicts that no row has are left out."""
     found = [row.verdict for row in rows]
     return {verdict: found.count(verdict) for verdict in VERDICTS if verdict in found}
 

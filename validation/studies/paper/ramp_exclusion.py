@@ -1,4 +1,4 @@
-"""Between the choices of the ramp's experiment: boxes in which no choice can agree, one by one.
+"""Between the choices of the ramp experiment: boxes in which no choice can agree with the paper.
 
 A box of (ramp, relaxation time, factor) is excluded by a number x of figs. 13 to 16 if
 
@@ -6,7 +6,7 @@ A box of (ramp, relaxation time, factor) is excluded by a number x of figs. 13 t
 
 over the box's eight corners, x_p the printed value and d the deviation that the ledger calls close.
 This assumes that inside a box x leaves the range of its corners by less than that range is wide. A
-box that no number excludes is cut into eight. Counts and states jump: they exclude nothing.
+box that no number excludes is cut into eight. Counts and states jump, so they exclude nothing.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -34,12 +34,12 @@ Sides = tuple[tuple[float, float], ...]
 
 @dataclass(frozen=True)
 class Exclusion:
-    """What the search found.
+    """The result of the search.
 
-    excluded : boxes by the row that excludes them. left : boxes that none excludes. A box is three
+    excluded : boxes by the row that excludes them. left : those that none excludes. A box is three
         digits for its cell of the grid and one for each cut: bit 0, 1, 2 say whether it is the
         upper half in ramp, relaxation time, factor.
-    points : choices solved. agreeing : those of them at which all rows agree.
+    points : number of choices solved. agreeing : number of those at which all rows agree.
     """
 
     excluded: dict[str, tuple[str, ...]]
@@ -71,7 +71,7 @@ def share(boxes: Iterable[str]) -> float:
 
 
 def excluding_row(readings: Sequence[Values], claims: Iterable[Claim]) -> str | None:
-    """The first number that excludes a box with these readings at its corners; None without one."""
+    """Id of the first number that excludes a box with these readings at its corners, or None."""
     if not all(readings):
         return None
     for claim in claims:
@@ -86,7 +86,7 @@ def excluding_row(readings: Sequence[Values], claims: Iterable[Claim]) -> str | 
 def exclude(solve: Solve, solved: Mapping[Choice, Values], depth: int = DEPTH) -> Exclusion:
     """Cut the range until every box is excluded, or was cut ``depth`` times.
 
-    solved : choices of which the readings are known.
+    solved : choices whose readings are already known.
     """
     claims = [c for id_, c in read_claims().items() if id_ in driven_ids() and c.kind == "value"]
     cells = product(*(range(len(grid) - 1) for grid in GRID))

@@ -1,4 +1,4 @@
-"""Section 4.3 with a ramp and damping: whether one choice of them agrees with figs. 13 to 16.
+"""Section 4.3 with a ramp and damping: whether any choice of them agrees with figs. 13 to 16.
 
 The article's torques jump and its finger has no damping, so that what follows rings at every
 frequency of the mesh. Here the torques rise from zero over a ramp and the material has Kelvin and
@@ -23,11 +23,11 @@ from validation.studies.paper.torque_factor import ARRIVAL_CLAIMS, printed_arriv
 
 RAMPS = (0.0, 1e-4, 2e-4, 3e-4, 5e-4, 1e-3)  # s
 RELAXATIONS = (0.0, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4)  # s
-FACTORS = (6.6e-5, 6.8e-5, 7.0e-5, 7.2e-5, 7.4e-5, 7.6e-5, 7.8e-5)  # N m a printed unit
-# Of a damped finger at 20 elements the readings differ by 1 % at most (stresses; others by 0.1 %),
-# and the counts do not. Undamped ones depend on the mesh, as `driven_cases` shows.
+FACTORS = (6.6e-5, 6.8e-5, 7.0e-5, 7.2e-5, 7.4e-5, 7.6e-5, 7.8e-5)  # N m per printed unit
+# With 20 elements the readings of a damped finger differ by 1 % at most (stresses; others 0.1 %)
+# and the counts not at all. Without damping they depend on the mesh, as `driven_cases` shows.
 NUMERICS = ("finger.elements=10", "solver.hcm.estimate=false", *DEFAULTS)
-# Postures are kept about the contact, over these shares of the printed arrival, s apart.
+# Postures are kept around the contact: between these shares of the printed arrival; step, s.
 WINDOW, POSTURE_STEP = (0.95, 1.4), 2e-5
 Choice = tuple[float, float, float]  # ramp (s), relaxation time (s), factor
 Values = Mapping[str, float | bool]
@@ -36,9 +36,9 @@ Solved = dict[Choice, Values]
 
 @dataclass(frozen=True)
 class JudgedChoice:
-    """One choice, and the claims that agree there (reproduced or close), none without a tap.
+    """One choice, and the claims that agree there (reproduced or close); none without a tap.
 
-    arrivals_percent : the largest deviation of the three arrival times; None without one.
+    arrivals_percent : the largest deviation of the three arrival times; None without a tap.
     """
 
     ramp_s: float
@@ -62,7 +62,7 @@ def ramped(scene: str, ramp_s: float, relaxation_time_s: float, factor: float) -
 
 
 def solve_choice(choice: Choice) -> Values:
-    """What the three cases say for each row; nothing where one has no tap."""
+    """Values of the three cases by claim; empty if one of them does not complete its tap."""
     runs: dict[str, CaseRun] = {
         scene: solve_case(ramped(scene, *choice)) for scene in PRINTED_TORQUES
     }
@@ -70,7 +70,7 @@ def solve_choice(choice: Choice) -> Values:
 
 
 def solve_choices(choices: Sequence[Choice], pool: Workers, progress: Progress) -> Solved:
-    """All of them."""
+    """Solve all choices on the pool's processes."""
     jobs = [pool.submit(solve_choice, choice) for choice in choices]
     solved = {}
     for number, (job, choice) in enumerate(zip(jobs, choices, strict=True)):
@@ -80,7 +80,7 @@ def solve_choices(choices: Sequence[Choice], pool: Workers, progress: Progress) 
 
 
 def judged(choice: Choice, values: Values) -> JudgedChoice:
-    """Every row judged as the ledger judges it."""
+    """Judge a choice's values row by row, as the ledger does."""
     claims = read_claims()
     rows = [judge(claims[id_], Finding(value)) for id_, value in values.items()]
     late = [abs(row.deviation or 0.0) for row in rows if row.claim.id in ARRIVAL_CLAIMS.values()]
@@ -89,5 +89,5 @@ def judged(choice: Choice, values: Values) -> JudgedChoice:
 
 
 def driven_ids() -> tuple[str, ...]:
-    """The rows that are judged."""
+    """Ids of the claims that are judged: those on the driven scenes."""
     return tuple(id_ for id_, claim in read_claims().items() if "driven" in claim.scene)

@@ -1,6 +1,6 @@
-"""``fingertap identify ramp``: what the ramp's experiment found, kept by the package, and how told.
+"""``fingertap identify ramp``: the ramp experiment's outcome, stored in the package, and its text.
 
-The kept outcome is what ``fingertap identify ramp --json`` prints.
+The stored outcome is the output of ``fingertap identify ramp --json``.
 """
 
 import json
@@ -33,14 +33,14 @@ FILE = "ramp_experiment.json"
 
 @dataclass(frozen=True)
 class RampStudy:
-    """Every row judged at each choice of the grid, and what lies between them."""
+    """The judged choices of the grid, and the search between them."""
 
     points: tuple[JudgedChoice, ...]
     exclusion: Exclusion
 
 
 def compute(pool: Workers, progress: Progress) -> RampStudy:
-    """The grid, then the boxes between its points."""
+    """Solve the grid, then search the boxes between its points."""
     solve = partial(solve_choices, pool=pool, progress=progress)
     grid = solve(list(product(*GRID)))
     return RampStudy(tuple(judged(*one) for one in grid.items()), exclude(solve, grid))
@@ -48,17 +48,17 @@ def compute(pool: Workers, progress: Progress) -> RampStudy:
 
 @cache
 def kept_outcome() -> RampStudy:
-    """What the package keeps."""
+    """The outcome stored in the package."""
     return TypeAdapter(RampStudy).validate_json((DATA / FILE).read_bytes())
 
 
 def closest(points: Iterable[JudgedChoice]) -> JudgedChoice:
-    """Where most rows agree."""
+    """The choice at which most rows agree."""
     return max(points, key=lambda point: len(point.agreeing))
 
 
 def sentence(id_: str, outcome: RampStudy) -> str:
-    """What the experiment says of one row."""
+    """The experiment's result for one row, in words."""
     points = outcome.points
     own = sum(id_ in point.agreeing for point in points)
     best, rows = closest(points), len(driven_ids())
@@ -73,7 +73,7 @@ def sentence(id_: str, outcome: RampStudy) -> str:
 
 
 def between(exclusion: Exclusion) -> str:
-    """What the search between the choices says."""
+    """The result of the search between the choices, in words."""
     count = sum(len(boxes) for boxes in exclusion.excluded.values())
     text = f"between them {count} boxes, {100 * (1 - share(exclusion.left)):.6g} % of the range,"
     text += " are excluded by a number"

@@ -53,7 +53,7 @@ def curve(run: CaseRun, name: str) -> tuple[Floats, Floats]:
 
 
 def particle_velocity(run: CaseRun) -> tuple[Floats, Floats]:
-    """Time t - t_c (s) and V_P (m/s) in contact; at separation the row is in flight: the tip's."""
+    """Time t - t_c (s) and V_P (m/s) in contact, without separation, where the row is in flight."""
     time, velocity = curve(run, "particle_velocity_m_per_s")
     touching = curve(run, "mode")[1] >= 3
     return time[touching], velocity[touching]
@@ -82,7 +82,7 @@ def located(run: CaseRun) -> int:
 
 
 def counting(run: CaseRun) -> str:
-    """How many transitions there are at other thresholds than VISIBLE, as text."""
+    """The numbers of transitions at other thresholds than VISIBLE, as text."""
     counts = ", ".join(f"{transitions(run, share)}" for share in (0.001, 0.01, 0.02, 0.05))
     return (
         f"counted are those after which Fn falls by more than {100 * VISIBLE:g} % of its peak;"
@@ -93,7 +93,7 @@ def counting(run: CaseRun) -> str:
 def phases(run: CaseRun, share: float = VISIBLE) -> list[int]:
     """Tangential phases in order: +1 slip to the right, -1 to the left, 0 stick.
 
-    Those shorter than ``share`` of the contact are left out, and what they part is joined.
+    Those shorter than ``share`` of the contact are left out, and equal ones beside them joined.
     """
     time, mode = curve(run, "mode")
     _, velocity = curve(run, "particle_velocity_m_per_s")
@@ -129,7 +129,7 @@ def deflection(posture: Posture) -> float:
 def most_bent(run: CaseRun, drawn: bool) -> Posture:
     """Posture of the first tap with the largest deflection of the tip.
 
-    drawn : of those at the tap's events, which fig. 15 draws; else of all that are kept.
+    drawn : search only postures at the tap's events, which fig. 15 draws; else all that are kept.
     """
     start, end = window(run.record)
     several = run.event_postures if drawn else (*run.event_postures, *run.frames)
@@ -142,7 +142,7 @@ def largest_deflection(run: CaseRun, drawn: bool = False) -> float:
 
 
 def share_of_largest_deflection(run: CaseRun) -> float:
-    """When the tip's deflection is largest, as a share of the contact."""
+    """Time of the tip's largest deflection, as a share of the contact."""
     start, end = window(run.record)
     return (most_bent(run, drawn=False).time_s - start) / (end - start)
 
@@ -150,7 +150,7 @@ def share_of_largest_deflection(run: CaseRun) -> float:
 def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
     """Whether the deflection that fig. 15 draws is largest at the end of the first restitution.
 
-    Reversals that last less than 5 % of the contact are ripples on it.
+    Restitutions that last less than 5 % of the contact are ignored as ripples.
     """
     ends = [e.time_s for e in run.record.events
             if e.kind in ("restitution_to_compression", "separation")]  # fmt: skip

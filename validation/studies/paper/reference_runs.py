@@ -1,7 +1,7 @@
-"""Runs of the 3D reference behind Tables 2 and 3, and what its peak forces depend on.
+"""The 3D reference's runs behind Tables 2 and 3, and how its peak forces depend on its choices.
 
 The ls-dyna-like preset repeats the printed number of elements; the article gives neither its mesh
-nor its penalty, so both are varied: penalty factors on that mesh and on one of a tenth of the
+nor its penalty, so both are varied: penalty factors on that mesh and on one with a tenth of the
 elements, and the preset that `fingertap converge` has found to be converged.
 """
 
@@ -39,7 +39,7 @@ def value_of(references: References, variant: str, scene: str, key: str) -> floa
 
 
 def run_references(run: Runner, progress: Progress) -> References:
-    """All variants on both scenes; ``run`` takes overrides and the variant's name."""
+    """Run all variants on both scenes; ``run`` takes overrides and the variant's name."""
     records = {}
     for i, (name, overrides) in enumerate(VARIANTS.items()):
         progress(i / len(VARIANTS), f"reference, {name}")
@@ -48,14 +48,14 @@ def run_references(run: Runner, progress: Progress) -> References:
 
 
 def penalty_for(target: float, values: Mapping[float, float]) -> float:
-    """Penalty factor at which a force takes the target's size: a power law through two of them."""
+    """Penalty factor at which a force has the target's size, by a power law through two values."""
     (p0, f0), (p1, f1) = sorted(values.items())
     slope = math.log(abs(f1 / f0)) / math.log(p1 / p0)
     return float(p0 * abs(target / f0) ** (1 / slope))
 
 
 def sensitivity(references: References, scene: str, key: str, printed: float) -> str:
-    """How a peak force moves with penalty and mesh, and which penalty gives the printed one."""
+    """How a peak force depends on penalty and mesh, and which penalty gives the printed one."""
 
     def text(variants: Mapping[str, float]) -> tuple[dict[float, float], str]:
         found = {

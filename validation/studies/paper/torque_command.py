@@ -26,7 +26,7 @@ Predictions = dict[str, dict[str, dict[str, Any]]]  # by scene, bound of the fac
 
 
 def identify_and_predict() -> tuple[IdentifiedTorque, Predictions]:
-    """The factors, and what the common one says of quantities that it was not fitted to."""
+    """The factors, and the common one's predictions of quantities that it was not fitted to."""
     with workers(min(3, cores())) as pool:
         found = identify_torque(pool)
         best, uncertainty = found.common.factor, found.common.uncertainty

@@ -24,10 +24,10 @@ from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES, dri
 from validation.studies.paper.ledger import printed_rounding
 
 ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
-# In 1e-5 N m a printed unit, for searches among numbers of the size of 1.
+# In 1e-5 N m per printed unit, so that searches deal with numbers of order 1.
 BOUNDS = (5.0, 10.0)
 CASE_BOUNDS = (5.0, 8.0)  # beyond, case 3's tip swings past the surface first
-# The flight alone matters, and five elements a phalanx give its duration to 2e-4: the run ends as
+# Only the flight matters, and five elements per phalanx give its duration to 2e-4; the run ends as
 # soon as the tip has touched.
 FLIGHT_ONLY = ("finger.elements=5", "solver.hcm.max_contact_time=1e-9")
 # Steps three times those of cases 2 and 3: their arrival moves by 1e-5.
@@ -52,11 +52,11 @@ class TorqueFactor:
 
 @dataclass(frozen=True)
 class CaseFactor:
-    """What one case's arrival says by itself.
+    """The factor from one case's arrival alone.
 
-    factor, half_width : the factor with which the case arrives at its printed time, and how far the
-        print's rounding moves it; None where no factor does.
-    best_factor, best_time_s : where it does not: the factor of the nearest arrival, and that time.
+    factor, half_width : the factor with which the case arrives at its printed time, and its change
+        by the printed time's rounding; None if no factor does.
+    best_factor, best_time_s : the factor with the nearest arrival, and the time of that arrival.
     """
 
     factor: float | None
@@ -132,7 +132,7 @@ def arrival_with(scene: str, factor: float, store: Store = NO_STORE) -> float:
 
 
 def case_factor(scene: str, store: Store = NO_STORE) -> CaseFactor:
-    """The factor that one case's printed arrival time gives by itself."""
+    """The factor from one case's printed arrival time alone."""
     from scipy.optimize import brentq, minimize_scalar
 
     claim = read_claims()[ARRIVAL_CLAIMS[scene]]
@@ -157,7 +157,7 @@ def case_factor(scene: str, store: Store = NO_STORE) -> CaseFactor:
 
 
 def identify_torque(pool: Workers, store: Store = NO_STORE) -> IdentifiedTorque:
-    """All factors, every flight that is not stored on the pool's processes."""
+    """All factors; flights that are not stored are run on the pool's processes."""
     single = {scene: pool.submit(case_factor, scene, store) for scene in PRINTED_TORQUES}
     return IdentifiedTorque(
         common_factor(pool, (), store),

@@ -81,9 +81,9 @@ def _other_machine(
     what: str, printed: float, value: float | None, prints: list[float],
     ours: tuple[float | None, float | None],
 ) -> str:  # fmt: skip
-    """Why a run time or a memory can't agree: how far off it is, and the models' ratio instead.
+    """Why a run time or memory can't agree: how far off it is, and the models' ratio instead.
 
-    prints, ours : of the reduced model and of the reference.
+    prints, ours : printed and our values, of the reduced model and of the reference.
     """
     parts = [f"another program on another machine (4-core laptop of 2016): {what} can't agree"]
     if value is not None:

@@ -1,4 +1,4 @@
-"""``fingertap stress``: stability maps, every cell checked by what did not produce it."""
+"""``fingertap stress``: stability maps, with every cell checked independently of its solver."""
 
 import json
 from pathlib import Path
@@ -23,7 +23,7 @@ from validation.studies.stress.stability_map import Answer, Map
 
 
 def all_maps(quick: bool) -> tuple[Map, ...]:
-    """Every map, whichever solver it is about; `quick` takes the axes coarser."""
+    """The maps of all solvers; `quick` has coarser axes."""
     return (*hcm_maps(quick), *reference_maps(quick))
 
 
@@ -37,7 +37,7 @@ def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
 
 
 def run_peers(out: Path) -> None:
-    """Run hard cells by other solvers too, one that is absent is named; tabulate what came out."""
+    """Run hard cells by other solvers too, naming those that are absent; tabulate the results."""
     from validation.studies.stress.hcm.peers import peers_table
     from validation.studies.stress.reference.peers import ABSENT, calculix_table
 
@@ -89,7 +89,7 @@ def run_stress(
     wanted_folder = out / "stress" / ("quick" if quick else "full")
     with exclusive_folder(wanted_folder) as folder, progress_bar("stress") as progress:
         finished = LineStore(folder / "cells.jsonl")
-        # a cell's time is one of its checks, and it must not pay for the compiler
+        # a cell's time is one of its checks, and must not include compilation
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))
         if any(wanted.solver == "hcm" for wanted in maps):

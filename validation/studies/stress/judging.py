@@ -6,18 +6,18 @@ from typing import Any
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
-# A run whose contact steps are this share of what was asked, or less, has a step of its own.
+# A run whose contact steps are at most this share of what was asked counts as at a smaller step.
 SMALLER_STEP = 0.5
-# Share of the impulse after which a tap counts as over: a tip or a node that lingers at zero force
-# decides on its separation by round-off, and no other number depends on when.
+# Share of the impulse after which a tap counts as over: round-off decides when a tip or a node that
+# lingers at zero force separates, and no other number depends on that.
 DELIVERED = 0.99
 
 
 def tap_scalars(summary: Any, forces: Any) -> tuple[float, ...] | None:
     """Peak F_n (N), impulse (N s) and time to deliver `DELIVERED` of it (s); None without a tap.
 
-    summary, forces : a result's scalars, and its columns ``time_s`` and ``normal_force_N``, of
-    which the rows after the tap are left out.
+    summary, forces : a result's scalars, and its columns ``time_s`` and ``normal_force_N``, whose
+    rows after the tap are ignored.
     """
     start, duration = summary.contact_time_s, summary.contact_duration_s
     if start is None or duration is None or not summary.normal_impulse_N_s:
@@ -39,7 +39,7 @@ def largest_difference(
 
 
 def not_finite(parts: Iterable[Any]) -> Iterator[str]:
-    """Which arrays and numbers of a result's parts are not finite; None is no number."""
+    """Sentences on arrays and numbers of a result's parts that are not finite; None is skipped."""
     for part in parts:
         for name, value in vars(part).items():
             if value is not None and not np.isfinite(np.asarray(value, dtype=float)).all():

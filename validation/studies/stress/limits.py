@@ -12,7 +12,7 @@ MOSTLY = 0.8
 
 
 def _cause(row: Mapping[str, Any]) -> str:
-    """A stop by what the solver calls it, a refusal by its parameter, a flag by its caution."""
+    """The cause of a cell's answer: the solver's reason to stop, a refused parameter, a caution."""
     reason = str(row["reason"])
     if row["answer"] == Answer.STOPPED:
         return f"stopped: {reason.partition(' at t =')[0]}"
@@ -24,13 +24,13 @@ def _cause(row: Mapping[str, Any]) -> str:
 
 
 def _kind(reason: str) -> str:
-    """What reasons that differ in their figures share: the first clause, n for a number."""
+    """The first clause of a reason, with n for numbers: the same for reasons of one kind."""
     clause = re.split(r"[,:;] | at t =", re.sub(r" \([^)]*\)", "", reason))[0]
     return re.sub(r"\b\d[\d.]*(?:e[+-]?\d+)?\b", "n", clause)
 
 
 def _where(name: str, axis: Sequence[float], values: Sequence[float]) -> str | None:
-    """The range that most of the values lie in, None if it is the axis' own."""
+    """The range in which most of the values lie, None if it is the whole axis."""
     ordered = sorted(values)
     cut = int(0.5 * (1 - MOSTLY) * len(ordered))
     low, high = ordered[cut], ordered[-1 - cut]
@@ -45,7 +45,7 @@ def _where(name: str, axis: Sequence[float], values: Sequence[float]) -> str | N
 
 
 def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
-    """What ended the cells that have no right answer, how many, and mostly where."""
+    """A sentence on why cells have no right answer: causes, how many cells, and mostly where."""
     groups: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
     for row in rows:
         if row["answer"] not in (Answer.RIGHT, Answer.SMALLER):

@@ -1,4 +1,4 @@
-"""What a campaign leaves: a table and a figure a map, and the page."""
+"""The output of a campaign: a table and a figure per map, and the page."""
 
 import textwrap
 from collections import Counter
@@ -25,7 +25,7 @@ COLORS = {
 
 
 def table_rows(wanted: Map, verdicts: Iterator[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """A row for each cell of a map, of the verdicts that come next."""
+    """A row for each cell of a map, with the next verdicts of the iterator."""
     places = ((cell.x, cell.y, cell.panel) for cell in wanted.cells())
     return [
         {**dict(zip(wanted.axes, place, strict=False)), **verdict}
@@ -40,9 +40,9 @@ def _ticks(values: Sequence[float], most: int) -> tuple[list[int], list[str]]:
 
 
 def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits: str) -> None:
-    """Draw one map under what limits it.
+    """Draw one map under a title that says what limits it.
 
-    rows : as `table_rows` has them; cells without one stay white.
+    rows : from `table_rows`; cells without one stay white.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
@@ -75,7 +75,7 @@ def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits:
 
 
 def write_map(folder: Path, wanted: Map, rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Write a map's table and figure; its row of the summary.
+    """Write a map's table and figure; returns its row of the summary.
 
     A list of scenes (a map of one y) gets no figure.
     """
@@ -94,7 +94,7 @@ def write_stress_page(
     peers: Sequence[Mapping[str, Any]],
     reference_peers: Sequence[Mapping[str, Any]],
 ) -> None:
-    """Write ``index.html``: `summary` has a row a map, the peers' are the tables of ``--peers``."""
+    """Write ``index.html``; `summary` has a row per map, the peers' are tables of ``--peers``."""
     counts = {answer: sum(int(row[answer]) for row in summary) for answer in map(str, Answer)}
     shown = [answer for answer in counts if counts[answer] or answer == Answer.WRONG]
     drawn = {row["map"]: folder / f"{row['map']}.png" for row in summary}

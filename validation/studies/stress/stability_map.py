@@ -28,7 +28,7 @@ RIGHT_WITHIN = 0.05
 
 
 class Answer(StrEnum):
-    """What a cell's run is worth."""
+    """The verdict on a cell's run."""
 
     RIGHT = "right"
     SMALLER = "right at a smaller step"
@@ -43,10 +43,10 @@ class Answer(StrEnum):
 class CellVerdict:
     """A cell's answer; its fields are the columns of the CSV.
 
-    reason : why. checked_by : what the answer rests on, besides the solver. error : largest
-    relative difference to that, where it is a number; stated : what the run itself states of that
-    number. energy_residual : the solver's own. steps,
-    wall_time_s : cost of the run that was judged (not of what checked it).
+    reason : why. checked_by : the checks, independent of the solver, that the answer rests on.
+    error : largest relative difference from them, if there is one; stated : the error that the run
+    itself states for that number. energy_residual : the solver's own. steps, wall_time_s : cost of
+    the run that was judged (not of its checks).
     """
 
     answer: Answer
@@ -59,7 +59,7 @@ class CellVerdict:
     stated: float | None = None
 
     def judged(self, answer: Answer, reason: str) -> Self:
-        """With another answer."""
+        """The verdict with another answer and reason."""
         return replace(self, answer=answer, reason=reason)
 
     def compared(self, other: str, error: float | None, quantity: str = "the tap") -> Self:
@@ -75,9 +75,9 @@ class CellVerdict:
     def within_stated(
         self, other: str, numbers: Mapping[str, StatedError], cautioned: bool
     ) -> Self:
-        """With one more check: right is what differs from `other` by what the run itself states.
+        """The verdict after one more check: right if off `other` by no more than the run states.
 
-        numbers : of `stated_errors.compare`; that which is farthest beyond its error counts.
+        numbers : from `stated_errors.compare`; the one farthest beyond its stated error counts.
         """
         found = replace(self, checked_by=f"{self.checked_by}, {other}")
         if not numbers:
@@ -108,7 +108,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Map:
-    """A grid of cells: which solver it is about, its axes and panels, the scene of a cell.
+    """A grid of cells: the solver it examines, its axes and panels, the scene of a cell.
 
     panel_name is empty where there is one panel. A map of one y is a list: it gets no figure.
     """
@@ -126,7 +126,7 @@ class Map:
 
     @property
     def axes(self) -> dict[str, tuple[float, ...]]:
-        """Values by their names."""
+        """The values along each axis, by its name."""
         panels = {self.panel_name: self.panels} if self.panel_name else {}
         return {self.x_name: self.x, self.y_name: self.y, **panels}
 

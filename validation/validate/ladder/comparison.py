@@ -19,7 +19,7 @@ class Comparison:
 
     rung : 2, 3 or 4.
     quantity : name, unit and start.
-    reduced, reference, reference_uncertainty : in that unit; None where there is none.
+    reduced, reference, reference_uncertainty : in the quantity's unit; None where there is none.
     error_percent : of the reduced model against the reference.
     """
 
@@ -46,7 +46,7 @@ def compare_runs(
 ) -> list[Comparison]:
     """All compared scalars and the curves' metrics.
 
-    uncertainty : by key, the reference's own, relative.
+    uncertainty : relative uncertainties of the reference, by key.
     start : SAME or OWN.
     """
     scene = reduced.scene

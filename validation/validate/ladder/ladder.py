@@ -16,7 +16,7 @@ from validation.validate.ladder.run_tables import Row, explicit_flight
 from validation.validate.ladder.rungs import causes, contact_rung, structure_rung
 from validation.validate.ladder.stored_runs import LadderRuns
 
-EXPLICIT_FLIGHT = "soft"  # the scene whose fall is also run in explicit steps: the larger step
+EXPLICIT_FLIGHT = "soft"  # scene whose fall is also run in explicit steps, larger than hard's
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class Ladder:
 
     full : whether the converged reference and three meshes of the statics were run.
     rows, causes, identified : in the order of the scenes.
-    references, predictions : rung 3's finest runs from their own flight, of both models.
-    checks : what skipping the flight changes, in the full ladder.
-    failures : one sentence for each scene that a rung failed on.
+    references, predictions : rung 3's finest runs of both models, each from its own flight.
+    checks : the effect of skipping the flight, in the full ladder only.
+    failures : one sentence for each scene on which a rung failed.
     """
 
     full: bool

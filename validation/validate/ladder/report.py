@@ -41,7 +41,7 @@ TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the 
     "accuracy_cost": (COST_COLUMNS, "Every model against the best reference run, and its time"),
     "contact_patch": (PATCH_COLUMNS, "Contact patch and pressure at peak force, beside Hertz"),
 }
-Rows = Mapping[str, Sequence[Any]]  # of each of TABLES
+Rows = Mapping[str, Sequence[Any]]  # by the names of TABLES
 
 
 def ladder_rows(ladder: Ladder, runs: Runs) -> Rows:
@@ -64,7 +64,7 @@ def write_ladder(folder: Path, rows: Rows) -> None:
 
 
 def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
-    """What the page's block names."""
+    """The variables of the ladder's block in the page's template."""
     return {
         "ladder": ladder,
         "ladder_tables": rows,
@@ -82,7 +82,7 @@ def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
 
 
 def check_sentences(checks: Sequence[Row]) -> list[str]:
-    """What each check of the reference against itself changes."""
+    """A sentence per check of the reference against itself: what a choice changes."""
     return [
         f"{opening(row['scene'])} finger, reference ({row['mesh']}) with {row['change']}: "
         f"peak force {row['peak_percent']:+.2f} %, impulse {row['impulse_percent']:+.2f} %."
@@ -92,7 +92,7 @@ def check_sentences(checks: Sequence[Row]) -> list[str]:
 
 
 def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
-    """The peak force on rungs 2 and 3, in words that the numbers bear out."""
+    """Sentences on the peak force on rungs 2 and 3, worded to match the numbers."""
     entry = quantity("peak_normal_force_N")
     what = {
         2: "with the same lumped law the reduced model's peak force lies",
@@ -123,7 +123,7 @@ def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
 
 
 def cause_sentences(causes: Sequence[Row]) -> list[str]:
-    """What each step of a scene's experiment adds to the peak force, the largest first."""
+    """A sentence per scene: what each step adds to the peak force, the largest first."""
     result = []
     for scene in dict.fromkeys(cause["scene"] for cause in causes):
         steps = [(row["step"], row["peak_N"]) for row in causes if row["scene"] == scene]

@@ -35,13 +35,13 @@ Row = dict[str, Any]  # by the names of its table's columns; None where a run ha
 
 
 def _percent(run: RunRecord, base: RunRecord) -> Row:
-    """How far a run's peak, impulse and duration are from another's."""
+    """How far a run's peak, impulse and duration are from another's, percent."""
     shares = (error_percent(entry.read(run), entry.read(base)) for entry in OF_A_TAP)
     return dict(zip(PERCENT, shares, strict=True))
 
 
 def _check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> Row:
-    """What a choice of the reference changes in itself, on one mesh."""
+    """A row on the effect of one of the reference's choices on its own results, on one mesh."""
     peak, arrival = OF_A_TAP[0], quantity("contact_time_s")
     later = error_percent(arrival.read(changed), arrival.read(as_it_is))
     return {
@@ -56,7 +56,7 @@ def _check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> R
 
 
 def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[Row]:
-    """Joints of nodes on shaft holes' surfaces, as in the paper, against the plain hinge."""
+    """Rows that compare joints at shaft holes' surfaces, as in the paper, with plain hinges."""
     rows = []
     for scene in scenes:
         plain, holed = runs.find(scene, PAPER_REFERENCE), runs.find(scene, HOLES)
@@ -68,7 +68,7 @@ def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[Row]:
 
 
 def explicit_flight(source: str, runs: LadderRuns) -> Row:
-    """All of the fall by explicit steps, against the start from the reference's rigid flight."""
+    """A row that compares a fall in explicit steps with the start from a rigid flight."""
     fast = "solver.fem.preset=fast", NO_FEM_ACCURACY
     rigid = runs.obtain(full_contact, load_scene(source, fast), None, "fast")
     scene = load_scene(source, (*fast, "solver.fem.flight=explicit"))
@@ -80,7 +80,7 @@ def explicit_flight(source: str, runs: LadderRuns) -> Row:
 def accuracy_against_cost(
     runs: Runs, predictions: Sequence[RunRecord], best: Sequence[RunRecord]
 ) -> list[Row]:
-    """All models of every scene that has a best run of the reference, cheapest first.
+    """Rows of all models on every scene with a best run of the reference, cheapest first.
 
     predictions : the reduced model's runs with identified k and eta^2.
     best : rung 3's finest reference runs, from their own flight.
@@ -110,9 +110,9 @@ def accuracy_against_cost(
 
 
 def contact_patch(run: RunRecord) -> Row | None:
-    """Patch of a run at its peak force; None for one that has no pressure.
+    """A row on a run's contact patch at its peak force; None if the run has no pressure.
 
-    Hertz at the same force, a sphere on a rigid plane: p_0 = 3 F/(2π a²) (Johnson, Contact
+    Beside it Hertz's sphere on a rigid plane at the same force: p_0 = 3 F/(2π a²) (Johnson, Contact
     Mechanics, eq. 4.24).
     """
     from reference_fem.hertz import hertz_contact_radius
@@ -137,7 +137,7 @@ def contact_patch(run: RunRecord) -> Row | None:
 
 
 def contact_patches(runs: Runs, best: Sequence[RunRecord], scenes: Sequence[str]) -> list[Row]:
-    """Of the three-dimensional presets and of rung 3's finest run, by scene."""
+    """Rows on the contact patches of the 3D presets and of rung 3's finest run, by scene."""
     rows = []
     for scene in scenes:
         several = runs.find_all(scene, (FAST, PAPER_REFERENCE, DEFAULT_REFERENCE))

@@ -1,4 +1,4 @@
-"""Rungs 2, 3 and 4: structure, contact, the paper; what separates the third's two models."""
+"""Rungs 2, 3 and 4: structure, contact, the paper; and the causes of rung 3's difference."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -27,7 +27,7 @@ STRUCTURE = ((0.15, 0.2), (0.1, 0.133), (0.08, 0.107))
 STRUCTURE_FULL = ((0.1, 0.133), (0.067, 0.089), (0.05, 0.067))
 # Edge at the contact over the diameter, growth, edges of section and axis; coarse to fine.
 CONTACT = ((0.0267, 1.6, 0.1, 0.167), (0.0133, 1.4, 0.1, 0.167))
-CONVERGED = 0.008  # that edge of the preset `converged`
+CONVERGED = 0.008  # edge at the contact over the diameter, in the preset `converged`
 CONTACT_FULL = (CONTACT[-1], (0.0094, 1.3, 0.085, 0.12), None)  # None: the preset
 ORDER = 2.0  # of the trilinear elements
 EXPERIMENT = (0.1, 0.133)  # the solid's edges of section and axis over the diameter
@@ -72,7 +72,7 @@ def contact_rung(
     full: bool,
     runs: LadderRuns,
 ) -> tuple[list[Comparison], RunRecord, RunRecord, RunRecord]:
-    """Rung 3: the identified k and eta^2 against the solid's own contact.
+    """Rung 3: the reduced model with identified k and eta^2 against the solid's own contact.
 
     stored : relative uncertainties of the preset `converged` by key, where a study has them.
 
@@ -107,9 +107,9 @@ def causes(
 ) -> list[dict[str, Any]]:
     """From the blind prediction to the reference, one change at a time, from one impact state.
 
-    The solid takes the reduced model's steps back: same spring at the flat end's middle (the beam
-    against the solid), on the hemisphere's lowest point (where and how the tip touches), with
-    Hertz's law of the same energy (the force law), and at last the contact itself.
+    Step by step the solid replaces the reduced model: with the same spring at its flat end's middle
+    (beam or solid), then at the hemisphere's lowest point (where and how the tip touches), with
+    Hertz's law of the same energy (the force law), and finally with its own contact.
     """
     ratio = 1 / found.eta_squared
     linear = Contact(found.stiffness_N_per_m, ratio)

@@ -25,7 +25,7 @@ class Contact:
 
 
 def scene_contact(scene: NamedScene) -> Contact:
-    """The scene's own, which in the built-in scenes is the paper's."""
+    """The scene's own constants, which in the built-in scenes are the paper's."""
     return Contact(scene.tables.tip.normal_stiffness, scene.tables.tangential_ratio)
 
 
@@ -36,7 +36,7 @@ def _completed(record: RunRecord) -> RunRecord:
 
 
 def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRecord:
-    """The reduced model; start None: its own flight."""
+    """Run the reduced model from `start`; None: from its own flight."""
     given = hcm_scene(scene, estimate=False)
     k, ratio = contact.stiffness, contact.tangential_ratio
     tip = dataclasses.replace(given.tip, normal_stiffness=k, tangential_ratio=ratio)
@@ -57,7 +57,7 @@ def lumped_solid(
     edges: tuple[float, float],
     tip: Literal["flat", "hemisphere"] = "flat",
 ) -> RunRecord:
-    """The solid with the lumped law at its flat end or on its hemisphere.
+    """Run the solid with the lumped law at its flat end or on its hemisphere.
 
     edges : of the section and along the axis, over the finger's diameter.
     """
@@ -86,9 +86,9 @@ def lumped_solid(
 
 
 def touching_mesh(scene: NamedScene, start: Impact | None) -> Any:
-    """The scene's mesh, its tip fine where it touches: in the given state, or by its own flight.
+    """The scene's mesh, refined where the tip touches from `start`; None: after its own flight.
 
-    The hard finger's two places lie 0.75 mm apart, more than the patch's even part reaches.
+    On the hard finger these two places are 0.75 mm apart, further than the even patch reaches.
     """
     sizing, _ = solid_mesh.sizing_of(scene.tables, 3)
     if start is not None and sizing is not None:
@@ -97,7 +97,7 @@ def touching_mesh(scene: NamedScene, start: Impact | None) -> Any:
 
 
 def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRecord:
-    """The solid with its own contact."""
+    """Run the solid with its own contact."""
     import reference_fem
 
     mesh = touching_mesh(scene, start)

@@ -21,7 +21,7 @@ P = ParamSpec("P")
 
 @dataclass(frozen=True)
 class LadderRuns:
-    """What `validation.validate.ladder.runs` and the identification give, kept in a store."""
+    """Results of `validation.validate.ladder.runs` and of the identification, kept in a store."""
 
     store: Store = NO_STORE
 
@@ -55,8 +55,8 @@ class LadderRuns:
     def identify(
         self, scene: NamedScene, refinements: tuple[tuple[float, float], ...]
     ) -> ContactIdentification:
-        """See `identify_contact`."""
-        # the reduced model's peak and the solid's statics: both models' tables
+        """The result of `identify_contact`, kept in the store."""
+        # it depends on the reduced model's peak and the solid's statics: both models' tables
         tables = [scene_inputs(scene.tables, model) for model in ("hcm", "fem3d")]
         inputs = {"program": program(identify_contact.__module__), "scene": tables,
                   "refinements": plain(refinements)}  # fmt: skip

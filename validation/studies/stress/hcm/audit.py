@@ -1,8 +1,8 @@
-"""Energy and linear momentum of a run, from its nodal states by quadrature of our own.
+"""Energy and linear momentum of a run, from its nodal states by an independent quadrature.
 
 hcm's audit uses hcm's matrices. Here the states kept at the events are integrated over Hermite's
-cubics by Gauss points, losses and impulses over the history's forces, and the laws of mechanics
-must close over both:
+cubics by Gauss points, losses and impulses over the history's forces, and both must satisfy the
+laws of mechanics:
 
     energy      T + U + V + contact = work of the torques - friction - loops
     momentum    p = int (-lam_1 + F_c + W) dt,      p = int rho A r. dx
@@ -24,7 +24,7 @@ EPS = float(np.finfo(float).eps)
 
 # rad; a first node that turns faster between two kept postures may have turned once more.
 MOST_TURNED = 1.0
-# States looked at, of runs with more events.
+# About the number of states that are checked, in runs with more events.
 MOST_STATES = 60
 FRAMES = 1000
 GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
@@ -32,7 +32,7 @@ GAUSS_POINTS, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 @dataclass(frozen=True)
 class Mechanics:
-    """T, U, V (J) and p (2,) (N s) of one state; floor (J): what the rounding of q strains."""
+    """T, U, V (J) and p (2,) (N s) of one state; floor (J): strain energy of q's rounding."""
 
     kinetic_J: float
     strain_J: float
@@ -60,14 +60,14 @@ def mechanics(finger: Finger, gravity: float, state: Posture) -> Mechanics:
         strain += 0.5 * phalanx.youngs_modulus * el * float((w @ stored).sum())
         potential += gravity * line * el * float((w @ place[..., 1]).sum())
         momentum += line * el * np.einsum("g,gnc->c", w, speed)
-        # positions carry the chords with eps L/l
+        # positions give the chords with an error of eps L/l
         stretch = (8 * EPS * finger.length / el) ** 2
         floor += phalanx.elements * phalanx.youngs_modulus * phalanx.area * el * stretch
     return Mechanics(kinetic, strain, potential, momentum, floor)
 
 
 def observed(scene: Scene) -> Scene:
-    """The scene with frames that count the turns of driven phalanges; the steps are the same."""
+    """The scene with frames from which driven phalanges' turns are counted; steps do not change."""
     s = scene.settings
     if not any(scene.drive.torques):
         return scene
@@ -77,10 +77,10 @@ def observed(scene: Scene) -> Scene:
 
 
 def _unresolved(time: Floats, rate: Floats) -> Floats:
-    """How far off the trapezoids may be so far: the most that leaving out every other row changes.
+    """Error of the trapezoidal rule up to each row: the largest change without every other row.
 
-    A vibration faster than the steps shows in the rows by chance: a run full of it has no momentum
-    that its rows could tell. Jumps (two rows at one time) are no vibration.
+    The rows sample a vibration faster than the steps by chance: they do not determine the momentum
+    of a run full of it. Jumps (two rows at one time) are not vibration.
     """
     before, after = time[1:-1] - time[:-2], time[2:] - time[1:-1]
     with np.errstate(invalid="ignore"):
@@ -93,7 +93,7 @@ def _unresolved(time: Floats, rate: Floats) -> Floats:
 
 
 def _losses(scene: Scene, result: TapResult) -> Floats:
-    """What friction and the loops have taken up to every row, J."""
+    """Energy that friction and hysteresis loops have taken up to each row, J."""
     h, tip = result.history, scene.tip
     power = -h.tangential_force_N * h.particle_velocity_m_per_s
     # V_P jumps as P starts to slip: a step belongs to the mode in which it began
@@ -135,7 +135,7 @@ def _works(scene: Scene, result: TapResult) -> dict[float, float] | None:
 
 
 def audit(scene: Scene, result: TapResult) -> Iterator[str]:
-    """What mechanics finds wrong with a run's states, one sentence each."""
+    """Violations of the laws of mechanics by a run's states, one sentence each."""
     h = result.history
     states = result.event_postures[:: max(1, len(result.event_postures) // MOST_STATES)]
     losses, works = _losses(scene, result), _works(scene, result)
@@ -165,7 +165,7 @@ def audit(scene: Scene, result: TapResult) -> Iterator[str]:
             if off > LARGEST_RESIDUAL * largest + own.floor_J:
                 yield f"energy off by {off / largest:.3g} of the largest {at}"
         if scene.settings.flight_integrator == "gauss":
-            # a step of order 10 swings more than once, and its row has the reaction at its end only
+            # in a step of order 10 the reaction swings more than once; its row has the end's only
             continue
         gap = float(np.abs(own.momentum_N_s - impulse[row]).max())
         scale = (2 * mass * largest) ** 0.5

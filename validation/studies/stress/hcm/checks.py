@@ -62,21 +62,21 @@ def _energy(scene: Scene, result: TapResult) -> Iterator[str]:
 
 
 def _gap_noise(scene: Scene, result: TapResult) -> float:
-    """Round-off of the gap, m, and what the tip moves in the time to which events are located."""
+    """Round-off of the gap, plus the tip's travel in the time to which events are located, m."""
     speed = float(np.abs(result.history.tip_velocity_m_per_s).max())
     located = 2e-15 + 2e-12 * scene.settings.contact_step
     return 16 * EPS * (scene.surface.height + scene.finger.length) + located * speed
 
 
 def _step_defect(result: TapResult) -> Floats:
-    """What each step's gap misses of the trapezoid of its velocities, m: the steps' own error."""
+    """How far each step's gap is off the trapezoid of its velocities, m: the step's own error."""
     h = result.history
     mean = 0.5 * (h.tip_velocity_m_per_s[:-1, 1] + h.tip_velocity_m_per_s[1:, 1])
     return np.asarray(np.abs(np.diff(h.tip_position_m[:, 1]) - np.diff(h.time_s) * mean))
 
 
 def _largest(offences: Floats, result: TapResult) -> float:
-    """The largest offence, or 0; a step taken through chatter may be in either mode."""
+    """The largest offence, or 0; leaves one out per step through chatter, which has either mode."""
     ranked = np.sort(offences)
     chatter = result.statistics.chatter_steps
     return max(float(ranked[-1 - chatter]), 0.0) if ranked.size > chatter else 0.0
@@ -113,7 +113,7 @@ def _cone(scene: Scene, result: TapResult) -> Iterator[str]:
     peak = mu * float(h.normal_force_N.max())
     if excess.max() > noise + 1e-9 * peak:
         yield f"tangential force leaves the cone by {excess.max():.3g} N (mu Fn {peak:.3g} N)"
-    # where V_P passes zero its sign is that of the error
+    # where V_P passes through zero, its sign is that of the error
     slip = (h.mode % 3 == 2) & ~np.isin(h.time_s, [e.time_s for e in result.events])
     speed = float(np.abs(h.tip_velocity_m_per_s).max())
     power = (h.tangential_force_N * h.particle_velocity_m_per_s)[slip]
@@ -127,7 +127,7 @@ def _dissipation(scene: Scene, result: TapResult) -> Iterator[str]:
     work = (1 + scene.surface.friction) * float(h.normal_force_N.max())
     noise = 1e-12 * scale + work * (_gap_noise(scene, result) + 2 * _step_defect(result))
     for name in ("friction_dissipation_J", "restitution_dissipation_J", "material_dissipation_J"):
-        # events and steps repeat to Newton's tolerance
+        # events and steps are repeatable to Newton's tolerance
         known = noise + scene.settings.newton_tolerance * scale
         if (drop := _largest(-np.diff(getattr(h, name)) - known, result)) > 0:
             yield f"{name} falls by {drop:.3g} J more than round-off"
@@ -175,7 +175,7 @@ def _events(scene: Scene, result: TapResult) -> Iterator[str]:
 
 
 def _postures(scene: Scene, result: TapResult) -> Iterator[str]:
-    """Hinges hold."""
+    """Hinges stay closed."""
     reach = scene.finger.length
     for posture in result.event_postures:
         ends = [np.zeros(2), *(r[-1] for r in posture.positions_m[:-1])]

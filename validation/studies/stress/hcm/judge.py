@@ -1,4 +1,4 @@
-"""Judging a cell of the reduced model: run, checked by what did not produce it."""
+"""Judging a cell of the reduced model: a run, checked independently of the solver."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +12,7 @@ from validation.studies.stress.hcm.checks import violations
 from validation.studies.stress.judging import SMALLER_STEP, largest_difference
 from validation.studies.stress.stability_map import Answer, CellVerdict
 
-# Of a completed run that breaks no law: the verdict so far, and the verdict with one more check.
+# Takes the verdict so far on a completed run that breaks no law; returns it after another check.
 Check = Callable[[CellVerdict, hcm.Scene, hcm.TapResult], CellVerdict]
 # Factors of steps and tolerances of the runs that confirm, in the order in which they are tried.
 TIGHTER = ((5.0, 100.0), (2.0, 8.0))
@@ -38,8 +38,8 @@ def tighter(settings: hcm.Settings, steps: float, tolerances: float) -> hcm.Sett
 def confirm(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> CellVerdict:
     """The verdict on a completed run, by a run with smaller steps and tolerances.
 
-    A tighter run that does not end in the work allowed gives way to one that is less tight; where
-    none completes the run is wrong: what can't be confirmed is not right.
+    If a tighter run exceeds the work allowed, a less tight one is tried; if none completes, the run
+    counts as wrong: what can't be confirmed is not right.
     """
     failed = "no tighter run completes"
     for steps, tolerances in TIGHTER:
@@ -56,7 +56,7 @@ def confirm(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> Cell
 
 
 def examine(scene: hcm.Scene, *checks: Check) -> CellVerdict:
-    """Run a scene and check its invariants, then by `checks` in turn where it is right so far."""
+    """Run a scene and check its invariants; if it completed and broke none, apply `checks`."""
     run = observed(scene)
     try:
         result = hcm.simulate_scene(run)
@@ -80,7 +80,7 @@ def examine(scene: hcm.Scene, *checks: Check) -> CellVerdict:
 
 
 def with_step(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> CellVerdict:
-    """The verdict, which says so where the contact steps are far smaller than was asked."""
+    """The verdict; SMALLER if it is right and the contact steps are far smaller than asked."""
     rows = int((result.history.mode // 3 > 0).sum())
     step = (result.summary.contact_duration_s or 0.0) / max(rows, 1)
     if found.answer == Answer.RIGHT and 0 < step < SMALLER_STEP * scene.settings.contact_step:
@@ -91,8 +91,8 @@ def with_step(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> Ce
 def judge_by_tighter_run(scene: hcm.Scene) -> CellVerdict:
     """Run a scene and a tighter one beside it; say what the answer is worth.
 
-    Right is what breaks no law of mechanics or contact (`violations`) and differs from the tighter
-    run, on the same elements, by what the run states of its errors.
+    A run is right if it breaks no law of mechanics or contact (`violations`) and differs from the
+    tighter run, on the same elements, by no more than its stated errors.
     """
     return examine(scene, confirm, with_step)
 
@@ -103,11 +103,11 @@ def judge_by_laws(scene: hcm.Scene) -> CellVerdict:
 
 
 def judge_by_dop853(scene: hcm.Scene) -> CellVerdict:
-    """The verdict of the laws, and then peak F_n, impulse and duration by SciPy's DOP853.
+    """Judge a run by the laws, and its peak F_n, impulse and duration by SciPy's DOP853.
 
-    It solves from the same state at contact (`hcm.reference_solution`) and shares the beams' forces
-    with hcm, and neither the time integration, nor Newton's method, nor the hinges' multipliers,
-    nor the search for events.
+    That solves from the same state at contact (`hcm.reference_solution`) and shares the beams'
+    forces with hcm, but neither the time integration, nor Newton's method, nor the hinges'
+    multipliers, nor the search for events.
     """
     return examine(scene, _by_dop853, with_step)
 

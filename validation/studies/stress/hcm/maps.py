@@ -26,7 +26,7 @@ SOFT_SCENE = Scene(
 
 
 def _soft(**settings: float) -> Settings:
-    """Settings of the soft scene but for what is given."""
+    """Settings of the soft scene with these changes."""
     return replace(SOFT_SCENE.settings, **settings)  # type: ignore[arg-type]
 
 
@@ -75,7 +75,7 @@ def _whole(high: int, count: int) -> tuple[float, ...]:
 
 
 def hcm_maps(quick: bool) -> tuple[Map, ...]:
-    """All maps; `quick` takes every axis coarser and leaves out ten seconds of taps."""
+    """All maps; `quick` has coarser axes and leaves out the map of taps over up to ten seconds."""
 
     def n(full: int, coarse: int) -> int:
         return coarse if quick else full

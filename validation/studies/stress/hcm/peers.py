@@ -2,7 +2,7 @@
 
 Seven cells are frictionless with e* = 1, so that their contact is a one-sided linear spring, which
 any solver can express; three have friction, loops or torques. Exudyn gets the seven (its one-sided
-contact is put on by hand, see `validation.peers.exudyn_finger`), with adaptive steps, and is told
+contact is switched by hand, see `validation.peers.exudyn_finger`), with adaptive steps, and is told
 when to look for contact and for how long. The others would need Python code in each of its steps.
 """
 
@@ -28,17 +28,17 @@ from validation.studies.stress.judging import largest_difference, tap_scalars
 
 # A tap's peak F_n (N) and impulse (N s).
 Tap = tuple[float, ...]
-# What a solver says, its tap, and its wall time in s.
+# How a solver ended, its tap, and its wall time in s.
 PeerAnswer = tuple[str, Tap | None, float]
 
 SECONDS = 30.0
 FLIGHT_STEP_S, CONTACT_STEPS = 1e-4, 2000
-# Exudyn starts to look this share before contact, and looks for this multiple of its duration.
+# Exudyn looks for contact from this share of its time before it, for this multiple of its duration.
 BEFORE, WINDOW = 0.002, 1.3
 
 
 def hard_cells() -> dict[str, hcm.Scene]:
-    """Scenes by why they are hard, those that every solver can express first."""
+    """Scenes by the reason why they are hard; first those that every solver can express."""
     settings = hcm.Settings(max_steps=100_000)
     soft = replace(SOFT_SCENE, surface=hcm.Surface(0.1, 0.0), settings=settings)
     slender = hcm.Phalanx(0.04, 0.0004, 1e9, 1400.0, elements=20)
@@ -65,7 +65,7 @@ def hard_cells() -> dict[str, hcm.Scene]:
 
 
 def peak_and_impulse(result: hcm.TapResult) -> Tap | None:
-    """The first tap of a run of hcm, None if it has none."""
+    """Peak and impulse of the first tap in a run of hcm, None if it has none."""
     scalars = tap_scalars(result.summary, result.history)
     return None if scalars is None else scalars[:2]
 
@@ -89,7 +89,7 @@ def _hcm(scene: hcm.Scene) -> hcm.TapResult:
 
 
 def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
-    """In a process of its own, whose start and imports are not charged."""
+    """Solve by Exudyn, in a process of its own whose start and imports are not timed."""
     with contextlib.redirect_stdout(io.StringIO()):  # Exudyn says that it was imported
         for name in ("exudyn", "exudyn.itemInterface"):
             importlib.import_module(name)
@@ -108,9 +108,9 @@ def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
 
 
 def limited(seconds: float, solve: Callable[..., PeerAnswer], *arguments: Any) -> PeerAnswer:
-    """A function's answer from a process that is killed if it takes longer than that.
+    """A function's answer from a process that is killed if it takes longer than `seconds`.
 
-    Exudyn's adaptive steps may shrink for ever, within one call of its own code.
+    Exudyn's adaptive steps may shrink without end, within one call of its own code.
     """
     try:
         with workers(1) as pool:
@@ -130,9 +130,9 @@ def _exudyn_cell(scene: hcm.Scene, result: hcm.TapResult, truth: Tap | None) -> 
 
 
 def peers_table(progress: Progress) -> list[dict[str, Any]]:
-    """One row a cell; errors are the larger of peak F_n and impulse against a much tighter run."""
+    """One row per cell; an error is the larger of peak F_n and impulse against a tighter run."""
     cells, rows = hard_cells(), []
-    _hcm(next(iter(cells.values())))  # loads the compiled kernels: not charged
+    _hcm(next(iter(cells.values())))  # loads the compiled kernels: not timed
     for number, (name, scene) in enumerate(cells.items()):
         progress(number / len(cells), name)
         start = time.perf_counter()

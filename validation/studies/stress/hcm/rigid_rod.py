@@ -27,7 +27,7 @@ def closed_form(scene: Scene) -> dict[str, float]:
     length, height = phalanx.length, scene.surface.height
     mass = phalanx.density * phalanx.area * length
     angle = math.asin(height / length)
-    # a = u^2 takes the root at the start away
+    # a = u^2 removes the singularity at the start
     fall, _ = quad(lambda u: 2 * u / math.sqrt(3 * g * math.sin(u**2) / length), 0, angle**0.5)
     speed = math.cos(angle) * math.sqrt(3 * g * height)
     effective = mass / (3 * math.cos(angle) ** 2)

@@ -15,7 +15,7 @@ FINGER_SIZES = meshes.Sizing(section_size=5e-3, axial_size=5e-3, tip_size=5e-3)
 
 @lru_cache(maxsize=64)
 def block(dim: int, divisions: int, distortion: float = 0.0, seed: int = 0) -> meshes.FingerMesh:
-    """A cube (half of it, Z >= 0) or a square plate about the origin, all of its outside touching.
+    """A cube (half of it, Z >= 0) or a square plate about the origin; all of its outside may touch.
 
     Interior nodes are moved in each direction by up to the share `distortion` of an edge, evenly
     distributed; those on the outside stay.

@@ -13,10 +13,10 @@ from reference_fem.model import Model
 from validation.studies.stress.judging import not_finite
 from validation.studies.stress.reference.momentum import momentum
 
-# What a COMPLETED run may leave open of its energy, over its largest kinetic energy: what it
-# promises (`Settings.energy_tolerance`).
+# Largest imbalance of a COMPLETED run's energy, over its largest kinetic energy: what it promises
+# (`Settings.energy_tolerance`).
 ENERGY_BOUND = 0.1
-# Sums of some hundred nodes over some thousand steps.
+# Round-off of sums over some hundred nodes and some thousand steps.
 ROUND_OFF = 1e-9
 
 
@@ -60,7 +60,7 @@ def _contact(result: TapResult, model: Model) -> Iterator[str]:
 
 
 def _below(result: TapResult, model: Model) -> Iterator[str]:
-    """Nothing of the body lies lower than what the surface pushes."""
+    """No node of the body lies below those that the surface can push."""
     others = np.setdiff1d(np.arange(len(model.points)), model.contact.nodes)
     for shown in result.snapshots:
         height = model.points[:, 1] + shown.displacement[:, 1] + model.surface.height
@@ -71,7 +71,7 @@ def _below(result: TapResult, model: Model) -> Iterator[str]:
 
 
 def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
-    """Kinetic energy, and all that the body holds without the contact's springs, J."""
+    """Kinetic energy, and the body's total energy without the contact's springs, J."""
     u, v = snapshot.displacement, snapshot.velocity
     kinetic = 0.5 * float(model.mass @ (v * v).sum(axis=1)) * model.symmetry_factor
     stored = (
@@ -81,7 +81,7 @@ def body_energy(snapshot: Snapshot, model: Model) -> tuple[float, float]:
 
 
 def _energy(result: TapResult, model: Model) -> Iterator[str]:
-    """Before and after the tap, where no spring holds anything, and all along by the audit."""
+    """Energy balances from before to after the tap, without loaded springs, and in the audit."""
     first, last, h = result.snapshots[0], result.snapshots[-1], result.history
     kinetic, before = body_energy(first, model)
     _, after = body_energy(last, model)

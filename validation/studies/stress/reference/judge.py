@@ -1,4 +1,4 @@
-"""Judging a cell of the reference's maps: run, checked by what did not produce it."""
+"""Judging a cell of the reference's maps: a run, checked independently of the solver."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +14,7 @@ from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
 from validation.studies.stress.stability_map import RIGHT_WITHIN, Answer, CellVerdict
 
-# Change of the speed that no measurement would notice, and what it changes in a chaotic contact.
+# Change of the speed, too small to measure, and the change of the tap beyond which it is chaotic.
 NUDGE, CHAOTIC = 1e-6, 0.01
 # Against another law, element or mesh of four to six elements an edge: not the same equations. A
 # choice, not a measurement: it finds gross errors only.
@@ -27,7 +27,7 @@ HALF, BAR = "half the step", "elastic bar"
 
 
 def judge(scene: ReferenceScene) -> CellVerdict:
-    """Run a scene, and beside it one at half the step, one of another law or element, one nudged.
+    """Run a scene and beside it one at half the step, one of another law or element, one nudged.
 
     A completed run must keep the invariants of `checks` and repeat at half the step to
     `RIGHT_WITHIN`; where it doesn't, the solver's own caution or a chaotic contact (a speed
@@ -91,7 +91,7 @@ def _witnesses(scene: ReferenceScene) -> Iterator[tuple[str, ReferenceScene, flo
 def _doubtful(
     scene: ReferenceScene, result: rf.TapResult, found: CellVerdict, name: str, error: float | None
 ) -> CellVerdict:
-    """Flagged, if the solver or a nudge says so; else wrong."""
+    """The verdict on a run that differs: flagged if cautioned or chaotic, else wrong."""
     differs = f"{name}: " + ("the tap is lost" if error is None else f"differs by {error:.2g}")
     if result.cautions:
         return found.judged(Answer.FLAGGED, f"cautioned, {result.cautions[0]} ({differs})")
@@ -104,7 +104,7 @@ def _doubtful(
 
 
 def scalars(result: rf.TapResult) -> tuple[float, ...] | None:
-    """Scalars of a completed tap."""
+    """Scalars of a completed tap; None if the run did not complete."""
     completed = result.status is rf.Status.COMPLETED
     return tap_scalars(result.summary, result.forces) if completed else None
 
@@ -112,7 +112,7 @@ def scalars(result: rf.TapResult) -> tuple[float, ...] | None:
 def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:
     """2 m v of a block that falls flat and slowly and cannot bulge, N s.
 
-    None for another scene; a plate is as thick as a round section, and no bar.
+    None for another scene; a plate is as thick as a round section, and not a bar.
     """
     uneven = scene.tilt or scene.poisson or scene.slide or scene.distortion
     bar = scene.body == "block" and not uneven

@@ -23,7 +23,7 @@ MOVES = (0.0, 0.1, 0.2, 0.3, 0.4, 0.45, 0.6, 0.8, 1.0)
 MODULI = (1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12)
 
 
-ELEMENTS = {8.0: "hex8-sri", 1.0: "hex8-one-point", 4.0: None}  # by points; 4: in the plane
+ELEMENTS = {8.0: "hex8-sri", 1.0: "hex8-one-point", 4.0: None}  # by points; 4: plane elements
 
 
 def reference_maps(quick: bool) -> tuple[Map, ...]:

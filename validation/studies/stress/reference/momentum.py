@@ -20,10 +20,10 @@ from reference_fem import TapResult
 from reference_fem.arrays import Array
 from reference_fem.model import Model
 
-# Sums of some hundred nodes over some thousand steps, where nothing else is inexact.
+# Round-off of sums over some hundred nodes and some thousand steps, where all else is exact.
 EXACT = 1e-6
-# Of the impulse's moment: the centre between two fields. 225 completed cells are off by 0.025 at
-# most, half of them by 1e-5; 24 that were crushed within a few fields by 0.047.
+# Share of the impulse's moment, by the centre between two fields. 225 completed cells are off by at
+# most 0.025, half of them by 1e-5; 24 that were crushed within a few fields by 0.047.
 BY_CENTRE = 0.06
 
 
@@ -60,7 +60,7 @@ def _linear(result: TapResult, model: Model) -> tuple[Array, Array, float]:
 
 
 def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
-    """The same of the moment of momentum about the fixed hinge, (n, 1)."""
+    """The same for the moment of momentum about the fixed hinge, (n, 1)."""
     f, nodes = result.forces, model.contact.nodes
     times = [s.time_s for s in result.snapshots]
     places = [(model.points + s.displacement)[:, :2] for s in result.snapshots]

@@ -1,15 +1,15 @@
 """``fingertap stress --peers``: hard cells of the reference, and CalculiX' automatic step on them.
 
-The same mesh, law, contact pressure and friction (see `validation.peers.calculix_impact`). An
+Both have the same mesh, law, contact pressure and friction (`validation.peers.calculix_impact`). An
 impulse is the time integral of the normal force until the reference's run ends; it is checked by
-the momentum that the body gained, which the force did not produce, by the kinetic energy that is
-left, and by 2 m v where a block falls flat without bulging.
+the momentum that the body gained, which is not computed from the force, by the kinetic energy that
+is left, and by 2 m v where a block falls flat without bulging.
 
-A stiff pressure on a coarse mesh gives spikes, marked where the reference cautions so. The tilted
-block of 4 elements an edge peaks at 32.9 N with a pressure of factor 100: lumped masses that hit
-springs, for the peak falls to 20.0 N with 8 elements an edge, 16.4 N with 12. CalculiX, whose mass
-is consistent, gives 18 N on 4 elements, 27 N with increments held below 3 µs, which do not pass
-over its second hit. With a pressure ten times softer, both peaks agree to 3 %.
+A stiff pressure on a coarse mesh gives spikes, marked where the reference cautions about them. The
+tilted block of 4 elements per edge peaks at 32.9 N with a pressure of factor 100: its lumped masses
+hit springs, as the peak falls to 20.0 N with 8 elements per edge, 16.4 N with 12. CalculiX, whose
+mass is consistent, gives 18 N on 4 elements, 27 N with increments below 3 µs, which do not skip its
+second hit. With a pressure ten times softer, both peaks agree to 3 %.
 """
 
 import time
@@ -30,11 +30,11 @@ from validation.studies.stress.reference.scene import ReferenceScene
 
 ABSENT = "CalculiX is not installed (apt-get install calculix-ccx): its table is skipped"
 TIMEOUT_S = 40.0
-# Motion that CalculiX is given, in transits of a bar's wave: where the reference stopped, twice the
-# slowest tap of those that complete; of a bar that falls flat, twice its contact.
+# Duration of CalculiX's motion, in transits of a bar's wave: where the reference stopped, twice the
+# slowest completed tap; for a bar that falls flat, twice its contact.
 TRANSITS, BAR_TRANSITS = 30.0, 4.0
-# What a run gave, and its digits: by its forces; of the momentum that the body gained from the
-# surface, the share that its impulse does not show; its kinetic energy at the end over the first.
+# Results and their formats: impulse by the forces; the share of the momentum gained from the
+# surface that the impulse does not explain; final over initial kinetic energy; peak force.
 IMPULSE, OPEN, KINETIC, PEAK = "impulse (N s)", "momentum open (%)", "kinetic left (%)", "peak (N)"
 COLUMNS = {IMPULSE: ".4g", OPEN: ".2g", KINETIC: ".3g", PEAK: ".4g"}
 
@@ -56,7 +56,7 @@ CELLS: dict[str, ReferenceScene] = {
 def impulse_balance(
     force: Array, time_s: Array, velocity: Array, scene: ReferenceScene, model: Model
 ) -> dict[str, float]:
-    """`COLUMNS` of a full body, by the surface's force on it and the last velocities of its nodes.
+    """`COLUMNS` of a full body, from the surface's force on it and its nodes' last velocities.
 
     The momentum is Σ m (v_y + v - f_y t) of a block that fell at v.
     """
@@ -78,7 +78,7 @@ def calculix_deck(scene: ReferenceScene, model: Model, displacement: Array, end_
 def calculix_balance(
     scene: ReferenceScene, ran: calculix.CalculixRun, model: Model
 ) -> dict[str, float] | None:
-    """None of an unfinished run: an impulse of a part of the motion is no impulse of the tap."""
+    """`COLUMNS` of CalculiX's run; None if unfinished, as part of the motion has less impulse."""
     velocity = calculix_impact.last_velocities(ran.printed)
     if ran.answer != calculix.COMPLETED or velocity is None:
         return None
@@ -98,7 +98,7 @@ def _texts(balance: dict[str, float] | None) -> dict[str, str]:
 
 
 def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
-    """A cell by both, a row of the table."""
+    """Solve a cell by both programs; returns a row of the table."""
     start_s = time.perf_counter()
     result, model = scene.simulate()
     unless_interrupted(result)
@@ -130,10 +130,10 @@ def compare_cell(name: str, scene: ReferenceScene) -> dict[str, Any]:
 
 
 def calculix_table(progress: Progress) -> list[dict[str, Any]]:
-    """One row a cell; empty where CalculiX is not installed."""
+    """One row per cell; empty if CalculiX is not installed."""
     if not calculix.available():
         return []
-    unless_interrupted(_EASY.simulate()[0])  # loads the compiled kernels: not charged
+    unless_interrupted(_EASY.simulate()[0])  # loads the compiled kernels: not timed
     rows = []
     for number, (name, scene) in enumerate(CELLS.items()):
         progress(number / len(CELLS), f"CalculiX, {name}")

@@ -1,4 +1,4 @@
-"""What a cell of the reference's maps is: a small body that hits the plane, and its run."""
+"""A cell of the reference's maps: a small body that hits the plane, and its run."""
 
 import math
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ class ReferenceScene:
         )
 
     def simulate(self) -> tuple[rf.TapResult, Model]:
-        """Run it; the model is what its fields are judged with."""
+        """Run the scene; returns the result, and the model that its fields are judged with."""
         return self._swing() if self.body == "finger" else self._fall()
 
     def _swing(self) -> tuple[rf.TapResult, Model]:

@@ -41,7 +41,7 @@ class Phalanx:
     elements: Annotated[int, Bound(integer=True, at_least=1)] = 20
     """n_w, number of beam elements along the phalanx."""
     relaxation_time: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
-    """tau_w of Kelvin and Voigt's damping, stress E (strain + tau strain rate); 0: none."""
+    """tau_w of Kelvin-Voigt damping, stress E (strain + tau strain rate); 0: none."""
     poisson_ratio: Annotated[float | None, Bound(at_least=0, below=0.5)] = None
     """nu_w; the paper's model does not use it, the refined one needs it."""
 

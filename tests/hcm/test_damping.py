@@ -1,4 +1,4 @@
-"""Kelvin and Voigt's damping of the beams: its forces, the decay of vibrations, and damped taps."""
+"""Kelvin-Voigt damping of the beams: its forces, the decay of vibrations, and damped taps."""
 
 import math
 from dataclasses import replace

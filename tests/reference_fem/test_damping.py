@@ -1,4 +1,4 @@
-"""Kelvin and Voigt's damping of the solids: elements, stable step, free vibration, damped drops."""
+"""Kelvin-Voigt damping of the solids: elements, stable step, free vibration, damped drops."""
 
 import math
 from dataclasses import replace

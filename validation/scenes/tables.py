@@ -93,7 +93,7 @@ class MaterialTable(Table):
     relaxation_time: Annotated[
         Numbers, SceneNumber("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE)
     ] = 0.0
-    """tau of Kelvin and Voigt's damping, stress by the strain + tau times its rate; 0: none."""
+    """tau of Kelvin-Voigt damping, stress by the strain + tau times its rate; 0: none."""
 
 
 class SurfaceTable(Table):

@@ -58,7 +58,7 @@ def test_a_full_disk_names_what_goes_on(
         return Outcome(replace(make_record(model="fem3d"), scene=scene.name))
 
     monkeypatch.setattr(execute, "adapter", lambda name: fake_adapter(run))
-    monkeypatch.setattr("validation.harness.files.write_history", full_disk)
+    monkeypatch.setattr("validation.harness.run_files.write_history", full_disk)
     if not stored:
         monkeypatch.setattr("validation.harness.stored_run.write_record", full_disk)
     ended = fingertap("run", "soft", "--model", "fem3d", "--out", tmp_path)

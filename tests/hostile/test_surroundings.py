@@ -11,7 +11,7 @@ import pytest
 
 from tests.processes import ROOT
 from tests.validation.commands import Ended, Make, Run, call_apart
-from validation.harness.files import write_run
+from validation.harness.run_files import write_run
 from validation.harness.store import Store, key
 from validation.harness.stored_run import keep_run
 from validation.models.inputs import run_inputs

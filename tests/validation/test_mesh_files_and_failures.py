@@ -13,7 +13,7 @@ import xarray
 import meshes
 from reference_fem import Snapshot
 from tests.validation.commands import Patch, Run, call
-from validation.harness.files import Fields, write_fields
+from validation.harness.run_files import Fields, write_fields
 from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
 

@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from validation.harness.files import Fields, atomic, clear_run, write_fields
+from validation.harness.files import atomic
 from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
 from validation.harness.record_schema import check_arrays, check_record
+from validation.harness.run_files import Fields, clear_run, write_fields
 from validation.harness.store import Inputs, Store
 
 CORNERS = {2: 4, 3: 8}  # corners of a cell, by the dimension of its points

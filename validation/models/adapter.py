@@ -8,10 +8,10 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.harness.files import Fields
 from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES
 from validation.harness.record import Event, RunRecord
+from validation.harness.run_files import Fields
 from validation.scenes.load import NamedScene
 from validation.scenes.scene import Scene
 from validation.scenes.tables import TorqueTable

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from validation.errors import UserError
-from validation.harness.files import Fields
 from validation.harness.interrupts import unless_interrupted
+from validation.harness.run_files import Fields
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record
 from validation.models.solid_accuracy import accuracy_record, largest_share, solved_within
 from validation.models.solid_inputs import DIMENSIONS, Dimension, solid_parts, start_of

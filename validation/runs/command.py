@@ -17,8 +17,9 @@ from validation.harness.command_line import (
     Source,
 )
 from validation.harness.console import output, output_kept, progress_bar, say, summary_text
-from validation.harness.files import exclusive_folder, safe_name, write_run
+from validation.harness.files import exclusive_folder, safe_name
 from validation.harness.record import RunRecord
+from validation.harness.run_files import write_run
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run, relabelled, restore_run
 from validation.models import adapter, default_accuracy, estimate_override

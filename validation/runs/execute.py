@@ -10,16 +10,11 @@ from typing import Any
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import progress_bar
-from validation.harness.files import (
-    clear_run,
-    exclusive_folder,
-    safe_name,
-    write_run,
-    write_text,
-)
+from validation.harness.files import exclusive_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB, workers
 from validation.harness.record import RunRecord
+from validation.harness.run_files import clear_run, write_run
 from validation.harness.store import NO_STORE, Inputs, Store
 from validation.harness.stored_run import (
     check_given_fields,

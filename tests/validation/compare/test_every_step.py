@@ -10,8 +10,8 @@ from tests.validation.commands import Make
 from validation.compare.force_curves import contact_curve
 from validation.compare.iso18571 import rate_forces
 from validation.compare.sprague_geers import compare_forces
-from validation.harness.files import write_run
 from validation.harness.record import RunRecord
+from validation.harness.run_files import write_run
 from validation.harness.store import Store
 from validation.harness.stored_run import keep_run, load_run
 from validation.models import solid

@@ -14,9 +14,9 @@ from tests.validation.commands import Run
 from validation.compare.sprague_geers import compare_forces
 from validation.curve_files.read import Reference, read_reference
 from validation.errors import UserError
-from validation.harness.files import write_run
 from validation.harness.quantities import COMPARED, QUANTITIES
 from validation.harness.record import RunRecord
+from validation.harness.run_files import write_run
 from validation.models.curves import Curves, record_of
 from validation.models.hcm import HCM
 from validation.peers import calculix

@@ -12,7 +12,7 @@ from validation.harness.files import exclusive_folder
 
 HOLD = """
 import pathlib, sys
-from validation.harness.files import exclusive_folder
+from validation.harness.files import (exclusive_folder)
 with exclusive_folder(pathlib.Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()

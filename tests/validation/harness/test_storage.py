@@ -11,17 +11,11 @@ import xarray
 
 from reference_fem import Snapshot
 from tests.validation.commands import Make, Patch
-from validation.harness.files import (
-    Fields,
-    atomic,
-    safe_name,
-    write_fields,
-    write_json,
-    write_run,
-)
+from validation.harness.files import atomic, safe_name, write_json
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB
 from validation.harness.quantities import unit_of
 from validation.harness.record import RunRecord, plain
+from validation.harness.run_files import Fields, write_fields, write_run
 from validation.models.adapter import Outcome
 from validation.runs import execute
 from validation.runs.execute import Job, in_fresh_process, keep

@@ -17,8 +17,8 @@ import pytest
 
 from tests.validation.commands import Capture, Run, call
 from validation import models
-from validation.harness.files import Fields
 from validation.harness.identity import program
+from validation.harness.run_files import Fields
 from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
 from validation.peers import exudyn_finger

@@ -11,7 +11,7 @@ import pytest
 
 from tests.validation.commands import Make, Patch, Run
 from validation.errors import UserError
-from validation.harness.files import write_run
+from validation.harness.run_files import write_run
 from validation.render import command as render_command
 from validation.render import interactive
 from validation.render.details import beyond_rigid

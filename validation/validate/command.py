@@ -14,11 +14,13 @@ from validation.harness.tables import table_of, write_table
 from validation.models.adapter import Progress
 from validation.render.interactive import check_interactive
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
-from validation.validate.check import check_text, outcome, plan_of, write_checks
+from validation.validate.checks import check_text, outcome, write_checks
+from validation.validate.found_runs import Runs
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
 from validation.validate.page import draw_differences, draw_fields, draw_figures, page_context
-from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, Runs, validation_jobs
+from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, validation_jobs
+from validation.validate.request import plan_of
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
     EFFICIENCY_COLUMNS,
@@ -78,7 +80,7 @@ def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) 
 
 def run_validation(
     *scenes: str,
-    models: str = f"{PAPER_REDUCED[0]},{REFINED}",
+    models: str = f"{PAPER_REDUCED.model},{REFINED}",
     reference: str = PAPER.reference,
     tolerance: str = "",
     out: Path = Path("out"),

@@ -6,10 +6,11 @@ from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out
-from validation.validate.plan import PAPER_REDUCED, REFINED, Runs
+from validation.validate.found_runs import Runs
+from validation.validate.plan import PAPER_REDUCED, REFINED, RunName
 
 MATTERS = 1.0  # percent of peak, impulse or duration
-MODEL_NAMES = {PAPER_REDUCED[0]: "the reduced model", REFINED: "the refined reduced model"}
+MODEL_NAMES = {PAPER_REDUCED.model: "the reduced model", REFINED: "the refined reduced model"}
 
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
@@ -31,12 +32,12 @@ def cumulative_differences(runs: Runs, scene: str) -> list[list[Difference]]:
     Empty unless both models, the paper's and the refined one, are compared.
     """
     reference = runs.reference(scene)
-    if not {PAPER_REDUCED[0], REFINED} <= set(runs.plan.models):
+    if not {PAPER_REDUCED.model, REFINED} <= set(runs.plan.models):
         return []
     return [
         [difference(scene, variant.name, entry, run, reference) for entry in OF_A_TAP]
         for variant in cumulative()
-        for run in [runs.find(scene, (PAPER_REDUCED[0], variant.name))]
+        for run in [runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))]
     ]
 
 
@@ -104,7 +105,7 @@ def assumption_effects(runs: Runs) -> list[str]:
         whole = runs.of_model(scene, REFINED)
         moved = {}
         for variant in leave_one_out():
-            run = runs.find(scene, (PAPER_REDUCED[0], variant.name))
+            run = runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))
             if whole is None or run is None:
                 continue
             rows = [difference(scene, REFINED, entry, run, whole) for entry in OF_A_TAP]

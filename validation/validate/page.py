@@ -8,6 +8,7 @@ from validation.harness.files import safe_name
 from validation.harness.provenance import provenance
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
+from validation.validate.found_runs import Runs
 from validation.validate.headline import (
     assumption_effects,
     cautions,
@@ -17,7 +18,14 @@ from validation.validate.headline import (
     sentences,
     unit_notes,
 )
-from validation.validate.plan import MESHES, PAPER_REFERENCE, PENALTIES, REFINED, Runs, first_jobs
+from validation.validate.plan import (
+    MESHES,
+    PAPER_REFERENCE,
+    PENALTIES,
+    REFINED,
+    RunName,
+    first_jobs,
+)
 from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
 PAPERS = " ".join(PAPER_REFERENCE)  # the reference whose tables also show the paper's numbers
@@ -66,7 +74,7 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
             (title, run)
             for scene in runs.scenes
             for variant, title in MESHES.items()
-            if (run := runs.find(scene, ("hcm", variant))) is not None
+            if (run := runs.find(scene, RunName("hcm", variant))) is not None
         ]
         mesh_figure(meshes, counted, runs.scenes)
         text = "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs."

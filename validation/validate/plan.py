@@ -1,12 +1,12 @@
-"""What ``fingertap validate`` runs, and how its runs are found again."""
+"""What ``fingertap validate`` runs."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import hcm
 from validation.curve_files.read import Reference
-from validation.harness.record import RunRecord
 from validation.models import default_accuracy, estimate_override
 from validation.models.variants import all_variants
 from validation.runs.execute import Job
@@ -14,12 +14,20 @@ from validation.scenes.load import load_scene
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import NO_ACCURACY
 
-DEFAULT_REFERENCE = ("fem3d", "contact")  # the default reference, on the first screen
-PAPER_REFERENCE = ("fem3d", "ls-dyna-like")  # stands in for the paper's
-FAST = ("fem3d", "fast")
-HOLES = ("fem3d", "ls-dyna-like shaft holes")
-PLANE = ("fem2d", "fast")
-PAPER_REDUCED = ("hcm", "N=60")  # 20 elements a phalanx, whatever accuracy is the default
+
+class RunName(NamedTuple):
+    """A run of a scene by its model and what was changed of it."""
+
+    model: str
+    variant: str
+
+
+DEFAULT_REFERENCE = RunName("fem3d", "contact")  # the default reference, on the first screen
+PAPER_REFERENCE = RunName("fem3d", "ls-dyna-like")  # stands in for the paper's
+FAST = RunName("fem3d", "fast")
+HOLES = RunName("fem3d", "ls-dyna-like shaft holes")
+PLANE = RunName("fem2d", "fast")
+PAPER_REDUCED = RunName("hcm", "N=60")  # 20 elements a phalanx, whatever accuracy is the default
 REFINED = "hcm-refined"
 # Runs that come first in their process, so that its memory is theirs.
 OWN_PROCESS = (PAPER_REDUCED, DEFAULT_REFERENCE, PAPER_REFERENCE, FAST, PLANE)
@@ -46,8 +54,8 @@ class Plan:
     """
 
     scenes: Mapping[str, str] = field(default_factory=lambda: {"hard": "hard", "soft": "soft"})
-    models: tuple[str, ...] = (PAPER_REDUCED[0],)
-    reference: str = PAPER_REFERENCE[0]
+    models: tuple[str, ...] = (PAPER_REDUCED.model,)
+    reference: str = PAPER_REFERENCE.model
     data: Mapping[str, Reference] = field(default_factory=dict)
     tolerances: Mapping[str, float] = field(default_factory=dict)
 
@@ -70,8 +78,8 @@ class Plan:
     @property
     def _asked_in_full(self) -> bool:
         return (
-            self.reference == PAPER_REFERENCE[0]
-            and PAPER_REDUCED[0] in self.models
+            self.reference == PAPER_REFERENCE.model
+            and PAPER_REDUCED.model in self.models
             and not self.data
         )
 
@@ -127,9 +135,9 @@ def default_overrides(scene: str, model: str, estimate: bool) -> tuple[str, ...]
 
 def assumption_jobs(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
     """The reduced model between the paper's assumptions and the refined ones."""
-    beams = estimate_override(PAPER_REDUCED[0])
+    beams = estimate_override(PAPER_REDUCED.model)
     return [
-        Job(scene, PAPER_REDUCED[0], (*overrides, *beams, *v.overrides), v.name)
+        Job(scene, PAPER_REDUCED.model, (*overrides, *beams, *v.overrides), v.name)
         for v in all_variants()
     ]
 
@@ -144,7 +152,7 @@ def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
     solid_default = default_overrides(scene, "fem3d", estimate)
     fixed = f"solver.hcm.accuracy={NO_ACCURACY}"
     preset, fast = (
-        (NO_FEM_ACCURACY, f"solver.fem.preset={name}") for name in (PAPER_REFERENCE[1], FAST[1])
+        (NO_FEM_ACCURACY, f"solver.fem.preset={of.variant}") for of in (PAPER_REFERENCE, FAST)
     )
     tables = load_scene(scene).tables
     radius = SHAFT_SHARE * tables.smallest_diameter
@@ -152,98 +160,21 @@ def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
     return [
         [Job(scene, "hcm", default_overrides(scene, "hcm", estimate))],
         [
-            Job(scene, "hcm", (fixed, "finger.elements=20", *own), PAPER_REDUCED[1]),
+            Job(scene, "hcm", (fixed, "finger.elements=20", *own), PAPER_REDUCED.variant),
             Job(scene, "hcm", (fixed, "finger.elements=10", *beams), "N=30"),
             Job(scene, "hcm", (fixed, "finger.elements=5", *beams), "N=15"),
         ],
-        [Job(scene, "fem3d", solid_default, DEFAULT_REFERENCE[1], True)],
+        [Job(scene, "fem3d", solid_default, DEFAULT_REFERENCE.variant, True)],
         [
-            Job(scene, "fem3d", (*preset, *reference), PAPER_REFERENCE[1]),
-            Job(scene, "fem3d", (*preset, holes, *solid), HOLES[1]),
+            Job(scene, "fem3d", (*preset, *reference), PAPER_REFERENCE.variant),
+            Job(scene, "fem3d", (*preset, holes, *solid), HOLES.variant),
         ],
         [
-            Job(scene, "fem3d", (*fast, *reference), FAST[1]),
+            Job(scene, "fem3d", (*fast, *reference), FAST.variant),
             *(
                 Job(scene, "fem3d", (*fast, f"{PENALTY}={p}", *solid), f"fast penalty {p:g}")
                 for p in PENALTIES
             ),
         ],
-        [Job(scene, "fem2d", (*fast, *reference), PLANE[1])],
+        [Job(scene, "fem2d", (*fast, *reference), PLANE.variant)],
     ]
-
-
-@dataclass(frozen=True)
-class Runs:
-    """All runs of a validation."""
-
-    records: tuple[RunRecord, ...]
-    plan: Plan = PAPER
-
-    @property
-    def scenes(self) -> tuple[str, ...]:
-        """Names of the scenes."""
-        return tuple(self.plan.scenes)
-
-    def find(self, scene: str, which: tuple[str, str]) -> RunRecord | None:
-        """The completed run of a scene with that model and variant."""
-        return next(
-            (r for r in self.records if r.ok and (r.scene, r.model, r.variant) == (scene, *which)),
-            None,
-        )
-
-    def find_all(self, scene: str, which: Sequence[tuple[str, str]]) -> list[RunRecord]:
-        """The completed runs of a scene among these models and variants."""
-        return [run for one in which if (run := self.find(scene, one)) is not None]
-
-    def of_model(self, scene: str, model: str) -> RunRecord | None:
-        """A model's own run of a scene: the first of its jobs, if it completed."""
-        found = next((r for r in self.records if (r.scene, r.model) == (scene, model)), None)
-        return found if found is not None and found.ok else None
-
-    def reference(self, scene: str) -> RunRecord | None:
-        """The run or data with which the first screen compares."""
-        data = self.plan.data.get(scene)
-        return data.record if data else self.of_model(scene, self.plan.reference)
-
-    def compared(self, scene: str) -> list[RunRecord]:
-        """The completed runs of the models that are compared."""
-        runs = (self.of_model(scene, model) for model in self.plan.models)
-        return [run for run in runs if run is not None]
-
-    def references(self, scene: str) -> list[RunRecord]:
-        """The runs with which the models are compared; the first screen's comes first."""
-        first = self.reference(scene)
-        others = self.find_all(scene, OWN_PROCESS[1:]) if self.plan.in_full else []
-        return ([] if first is None else [first]) + [run for run in others if run is not first]
-
-    def comparisons(self, scene: str) -> list[tuple[RunRecord, list[RunRecord]]]:
-        """The compared runs with their references; then PAPER_REDUCED with PAPER_REFERENCE."""
-        own, rung = self.find(scene, PAPER_REDUCED), self.find(scene, PAPER_REFERENCE)
-        papers = [] if own is None or rung is None else [(own, [rung])]
-        return [(run, self.references(scene)) for run in self.compared(scene)] + papers
-
-    def drawn_runs(self, scene: str) -> list[RunRecord]:
-        """The runs whose forces are drawn."""
-        return self.compared(scene) + self.references(scene)
-
-    def spread_over(self, scene: str) -> list[RunRecord]:
-        """The completed 3D runs with various meshes and penalty factors, all with plain hinges."""
-        solids = [r for r in self.records if r.ok and r.scene == scene and r.model == "fem3d"]
-        return [run for run in solids if run.variant != HOLES[1]]
-
-    def measured(self) -> list[RunRecord]:
-        """The runs that had a process to themselves when their memory was read."""
-        first = {(run.scene, run.model): run for run in reversed(self.records)}
-        of = (*self.plan.models, self.plan.reference)
-        alone = OWN_PROCESS if self.plan.in_full else ()
-        return [
-            run
-            for run in self.records
-            if (run.model, run.variant) in alone
-            or (run.model in of and run is first[run.scene, run.model])
-        ]
-
-    def failures(self) -> list[RunRecord]:
-        """The runs that did not complete, without those of `assumption_jobs`."""
-        own = {v.name for v in all_variants()}
-        return [run for run in self.records if not run.ok and run.variant not in own]

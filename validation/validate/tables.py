@@ -14,7 +14,8 @@ from validation.compare.sprague_geers import compare_forces
 from validation.compare.verdict import error_percent
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
-from validation.validate.plan import PAPER_REDUCED, PAPER_REFERENCE, Runs
+from validation.validate.found_runs import Runs
+from validation.validate.plan import PAPER_REDUCED, PAPER_REFERENCE, RunName
 
 SELF = "self"  # computed by the model under validation
 OTHER_MODEL = "other model"  # computed by the independent model
@@ -123,7 +124,7 @@ def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str,
 
 
 def efficiency_rows(
-    runs: Sequence[RunRecord], models: Sequence[str] = (PAPER_REDUCED[0],)
+    runs: Sequence[RunRecord], models: Sequence[str] = (PAPER_REDUCED.model,)
 ) -> list[dict[str, Any]]:
     """One row per run, each measured alone in a fresh process with its compiled code warm.
 
@@ -146,7 +147,7 @@ def efficiency_rows(
 
 def _of_table_3(run: RunRecord) -> dict[str, Any]:
     """Table 3's numbers for a run that stands in for one of the paper's; empty for others."""
-    who = {PAPER_REDUCED: "hcm", PAPER_REFERENCE: "reference"}.get((run.model, run.variant))
+    who = {PAPER_REDUCED: "hcm", PAPER_REFERENCE: "reference"}.get(RunName(run.model, run.variant))
     if who is None:
         return {}
     time, memory = (printed(run.scene, key).get(who) for key in TABLE_3)

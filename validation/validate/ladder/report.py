@@ -9,6 +9,7 @@ from validation.harness.page import opening
 from validation.harness.quantities import quantity
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
+from validation.validate.found_runs import Runs
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, name_of
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import (
@@ -21,7 +22,6 @@ from validation.validate.ladder.run_tables import (
     shaft_holes,
 )
 from validation.validate.ladder.rungs import CAUSE_COLUMNS, paper_rung
-from validation.validate.plan import Runs
 from validation.validate.tables import COLUMNS_2, COLUMNS_3, TABLE_2, TABLE_3, paper_rows
 
 RUNGS = {

@@ -10,6 +10,7 @@ from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
 from validation.models import solid_inputs
 from validation.scenes.load import load_scene, validate
+from validation.validate.found_runs import Runs
 from validation.validate.ladder.runs import full_contact
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import (
@@ -20,7 +21,6 @@ from validation.validate.plan import (
     PAPER_REDUCED,
     PAPER_REFERENCE,
     PLANE,
-    Runs,
 )
 
 RUN_LABELS = {PAPER_REDUCED: "hcm, the paper's k"}
@@ -62,7 +62,7 @@ def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[Row]:
         plain, holed = runs.find(scene, PAPER_REFERENCE), runs.find(scene, HOLES)
         if plain is not None and holed is not None:
             rows.append(
-                _check("shaft holes instead of plain hinges", PAPER_REFERENCE[1], plain, holed)
+                _check("shaft holes instead of plain hinges", PAPER_REFERENCE.variant, plain, holed)
             )
     return rows
 

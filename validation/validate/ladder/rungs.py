@@ -11,6 +11,7 @@ from validation.harness.record import RunRecord
 from validation.identify.contact import ContactIdentification
 from validation.models.impact import Impact
 from validation.scenes.load import NamedScene, load_scene
+from validation.validate.found_runs import Runs
 from validation.validate.ladder.comparison import OWN, SAME, Comparison, compare_runs
 from validation.validate.ladder.runs import (
     Contact,
@@ -20,7 +21,7 @@ from validation.validate.ladder.runs import (
     scene_contact,
 )
 from validation.validate.ladder.stored_runs import LadderRuns
-from validation.validate.plan import NO_FEM_ACCURACY, PAPER_REDUCED, PAPER_REFERENCE, Runs
+from validation.validate.plan import NO_FEM_ACCURACY, PAPER_REDUCED, PAPER_REFERENCE
 
 # Edges of section and axis over the diameter, coarse to fine: 15 mm gives 2.25, 1.5, 1.2 mm.
 STRUCTURE = ((0.15, 0.2), (0.1, 0.133), (0.08, 0.107))

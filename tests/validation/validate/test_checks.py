@@ -19,10 +19,11 @@ from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 from validation.validate import command as validate_command
-from validation.validate.check import plan_of, read_tolerances
+from validation.validate.found_runs import Runs
 from validation.validate.headline import sentences, unit_notes
 from validation.validate.ladder.ladder import Ladder
-from validation.validate.plan import PAPER_REDUCED, Plan, Runs, paper_jobs, validation_jobs
+from validation.validate.plan import PAPER_REDUCED, Plan, paper_jobs, validation_jobs
+from validation.validate.request import plan_of, read_tolerances
 
 
 @pytest.mark.parametrize(
@@ -182,7 +183,7 @@ def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
             scene = load_scene(source, jobs[variant].overrides)
             assert scene.tables.solver.accuracy_of("hcm") is None
             alone = load_scene("soft", [f"finger.elements={count}"])
-            estimate = variant == PAPER_REDUCED[1]
+            estimate = variant == PAPER_REDUCED.variant
             assert hcm_scene(scene, estimate=True) == hcm_scene(alone, estimate=estimate)
         for variant in ("ls-dyna-like", "ls-dyna-like shaft holes", "fast", "fast penalty 1.6"):
             tables = load_scene(source, jobs[variant].overrides).tables

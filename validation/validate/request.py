@@ -1,26 +1,18 @@
-"""The arguments of ``fingertap validate``, and its checks for continuous integration."""
+"""The plan that the arguments of ``fingertap validate`` ask for."""
 
 import math
 import os
-import re
-import xml.etree.ElementTree as ET
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-from validation.compare.differences import Difference
 from validation.curve_files.read import Reference, is_curve_file, read_reference
 from validation.curve_files.sidecar import read_sidecar
 from validation.errors import UserError
-from validation.harness.files import write_json, write_text
-from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPARED
-from validation.harness.uncertainty import two_digits
 from validation.models import adapter, model_names
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.messages import show
-from validation.validate.headline import cautions, differences
-from validation.validate.plan import PAPER, Plan, Runs
+from validation.validate.plan import PAPER, Plan
 
 TOLERANCE_NAMES = {
     "peak": "peak_normal_force_N",
@@ -30,7 +22,6 @@ TOLERANCE_NAMES = {
     "tangential": "peak_tangential_force_N",
     "stress": "peak_stress_R_Pa",
 }
-NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # allowed in names, not in XML
 KEYS = tuple(entry.key for entry in COMPARED)
 
 
@@ -114,78 +105,3 @@ def read_tolerances(text: str) -> Mapping[str, float]:
             raise UserError(f"--tolerance {show(part)}: must be NAME=PERCENT, as in peak=5")
         found[key] = percent
     return found
-
-
-def outcome(row: Difference) -> str:
-    """The result of a tolerance check: inside, outside, cannot tell, or missing if a run is."""
-    return "missing" if row.verdict is None else row.verdict.check or "cannot tell"
-
-
-def check_text(row: Difference) -> str:
-    """The difference, its uncertainty, the tolerance and the outcome, in a sentence."""
-    where, verdict = f"{row.scene}, {row.model}: {row.quantity.title}", row.verdict
-    if verdict is None:
-        return f"{where}: nothing to compare"
-    known = "with no stated error"
-    if verdict.uncertainty is not None:
-        known = f"known to {two_digits(verdict.uncertainty)} %"
-    difference = f"{where} {verdict.difference:+.2f} % ({known})"
-    return f"{difference}, tolerance {row.tolerance:g} %: {outcome(row)}"
-
-
-def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Difference]:
-    """Write ``validate.json`` (all verdicts) and ``junit.xml`` (a test for each tolerance).
-
-    Returns the differences for which a tolerance was given.
-
-    failures : one line for each run that failed.
-    """
-    rows = differences(runs, COMPARED)
-    checks = [row for row in rows if row.tolerance is not None]
-    content = {
-        "cautions": cautions(runs),
-        "verdicts": [_verdict(row) for row in rows],
-        "failures": list(failures),
-        "provenance": provenance({}),
-    }
-    write_json(folder / "validate.json", content)
-    write_text(folder / "junit.xml", _junit(checks, failures))
-    return checks
-
-
-def _verdict(row: Difference) -> dict[str, Any]:
-    verdict = row.verdict
-    return {
-        "scene": row.scene,
-        "model": row.model,
-        "quantity": row.quantity.key,
-        "unit": row.quantity.unit,
-        "value": row.reduced,
-        "value_error": row.reduced_error,
-        "reference": row.reference,
-        "reference_error": row.reference_error,
-        "difference_percent": verdict and verdict.difference,
-        "uncertainty_percent": verdict and verdict.uncertainty,
-        "verdict": verdict and verdict.judgement,
-        "tolerance_percent": row.tolerance,
-        "check": verdict and verdict.check,
-    }
-
-
-def _junit(checks: Sequence[Difference], failures: Sequence[str]) -> str:
-    """JUnit's XML: a failed run is an error, a check that is not inside a failure."""
-    wrong = [row for row in checks if outcome(row) != "inside"]
-    counts = {"tests": len(checks) + len(failures), "failures": len(wrong), "errors": len(failures)}
-    attributes = {name: str(count) for name, count in counts.items()}
-    suite = ET.Element("testsuite", {"name": "fingertap validate", **attributes})
-    for row in checks:
-        name = f"{row.scene}.{row.model}"
-        case = ET.SubElement(suite, "testcase", classname=name, name=row.quantity.key)
-        if row in wrong:
-            ET.SubElement(case, "failure", message=check_text(row), type=outcome(row))
-    for failure in failures:
-        case = ET.SubElement(suite, "testcase", classname="runs", name=failure)
-        ET.SubElement(case, "error", message=failure)
-    ET.indent(suite)
-    text = ET.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
-    return NO_XML.sub("?", text)

@@ -12,9 +12,15 @@ from hcm.beam.chain import Probe
 from hcm.beam.equations import depends_on_velocity
 from hcm.beam.outline import Outline, depth
 from hcm.compiled import ByKind, kernel, kernel_with
-from hcm.contact.contract import begin_mode, commit_history, contact_position, contact_velocity
+from hcm.contact.contract import (
+    begin_mode,
+    commit_history,
+    contact_position,
+    contact_velocity,
+    unrecovered_energy,
+)
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
-from hcm.contact.law import FLIGHT, STICK, ContactState
+from hcm.contact.law import FLIGHT, FREE, STICK, ContactState
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
 from hcm.integrators.stage_rows import friction_of_step, rows_of_step, write_between
@@ -120,6 +126,7 @@ def advance(
             code = LOSES_HOLD
             break
         phase_start, taps, instant = totals.phase_start, totals.taps, totals.instant
+        material_loss = totals.material_loss
         next_step, kind = totals.step, NO_EVENT
         # a step cut by the end says nothing about the next one
         if slot == NO_EVENT and h > 0.0 and not h == last == remaining:
@@ -142,13 +149,17 @@ def advance(
             if kind in (TOUCH, LIFT_OFF):
                 phase_start = totals.time
                 next_step = limits.contact_step
-            taps += int(kind == LIFT_OFF)
+            if kind == LIFT_OFF:
+                taps += 1
+                material_loss += unrecovered_energy(x, gap, before, law)
+                _, lowest = contact_position(old.q, tip, contact, law)
+                contact = ContactState(FLIGHT, FREE, 0.0, 0.0, min(contact.gap_ref, lowest), x)
         elif code == RUNNING and contact.normal_mode == FLIGHT and contact.gap_ref < 0.0 < gap:
             contact = ContactState(FLIGHT, contact.tangential_mode, 0.0, 0.0, 0.0, x)
         totals = RunTotals(
             totals.time, phase_start, next_step, taps, instant,
             totals.rejected + repeats, totals.trials + trials, totals.chatter_steps + int(chatter),
-            totals.friction_loss, totals.restitution_loss, totals.material_loss, totals.drive_work,
+            totals.friction_loss, totals.restitution_loss, material_loss, totals.drive_work,
             totals.speed, totals.force,
         )  # fmt: skip
         if h > 0.0 or kind != NO_EVENT:

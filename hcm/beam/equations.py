@@ -24,8 +24,8 @@ from hcm.contact.contract import (
     Law,
     add_rate,
     add_tangent,
-    radiated_power,
-    radiates,
+    has_rate_force,
+    rate_power,
     subtract_force,
 )
 from hcm.contact.law import ContactState
@@ -74,7 +74,7 @@ def add_damping(q: Floats, chords: Floats, v: Floats, chain: Chain, out: Floats)
 @kernel
 def depends_on_velocity(chain: Chain, law: Law) -> bool:
     """Whether any force depends on velocities."""
-    return chain.damped or radiates(law)
+    return chain.damped or has_rate_force(law)
 
 
 @kernel
@@ -82,7 +82,7 @@ def dissipated_power(
     q: Floats, chords: Floats, v: Floats, chain: Chain, contact: ContactState, law: Law
 ) -> float:
     """Power that the material and a radiating tip dissipate, W."""
-    power = radiated_power(q, v, chain.tip, contact, law) if radiates(law) else 0.0
+    power = rate_power(q, v, chain.tip, contact, law) if has_rate_force(law) else 0.0
     return power + dissipation(q, chords, q, chords, v, chain) if chain.damped else power
 
 

@@ -95,6 +95,7 @@ def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions)
         tangential_stiffness=lumped.k * lumped.tangential_ratio,
         compliance=_compliance(last, tip, assumptions),
         radiation=_radiation(last, assumptions),
+        relaxation=last.relaxation_time if hertz else 0.0,
         springs=np.zeros(width.size),
         depth=depth,
         width=width,

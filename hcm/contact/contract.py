@@ -3,7 +3,7 @@
 Each name is the kernel of that name in `law` and `point` (the paper's contact) for a `ContactLaw`,
 in `round_tip_law` and `round_tip_kinematics` for a `RoundTipLaw`: chosen by the law's type while
 its caller is compiled. The paper's contact acts at a node and remembers no more than its
-`ContactState`: it does not radiate (no force depends on v), and has nothing to commit.
+`ContactState`: no force depends on v, and it has nothing to commit.
 """
 
 from hcm.compiled import by_type
@@ -30,9 +30,10 @@ contact_velocity = by_type(
 )
 axis_end = by_type(RoundTipLaw, round_tip_kinematics.axis_end, point.axis_end)
 tip_force = by_type(RoundTipLaw, round_tip_kinematics.tip_force, point.tip_force)
-radiates = by_type(RoundTipLaw, round_tip_kinematics.radiates, False)
-radiated_force = by_type(RoundTipLaw, round_tip_kinematics.radiated_force, (0.0, 0.0))
-radiated_power = by_type(RoundTipLaw, round_tip_kinematics.radiated_power, 0.0)
+has_rate_force = by_type(RoundTipLaw, round_tip_kinematics.has_rate_force, False)
+rate_force = by_type(RoundTipLaw, round_tip_kinematics.rate_force, (0.0, 0.0))
+rate_power = by_type(RoundTipLaw, round_tip_kinematics.rate_power, 0.0)
+unrecovered_energy = by_type(RoundTipLaw, round_tip_kinematics.unrecovered_energy, 0.0)
 subtract_force = by_type(RoundTipLaw, round_tip_kinematics.subtract_force, point.subtract_force)
 add_tangent = by_type(RoundTipLaw, round_tip_kinematics.add_tangent, point.add_tangent)
 add_rate = by_type(RoundTipLaw, round_tip_kinematics.add_rate, None)

@@ -50,7 +50,7 @@ def event_values(
     """Event functions at the tip's position (x, gap), m, and velocity (vt, vn), m/s."""
     if contact.normal_mode == FLIGHT:
         return gap - contact.gap_ref, math.inf, math.inf
-    push, grip = margins(x, gap, contact, law)
+    push, grip = margins(x, gap, vn, contact, law)
     tangential = math.inf
     if contact.tangential_mode == STICK:
         tangential = grip
@@ -69,7 +69,7 @@ def event_rates(
     """Time derivatives of `event_values`, with the tip's acceleration (at, an), m/s^2."""
     if contact.normal_mode == FLIGHT:
         return vn, 0.0, 0.0
-    push, grip = margin_rates(x, gap, vt, vn, contact, law)
+    push, grip = margin_rates(x, gap, vt, vn, an, contact, law)
     tangential = 0.0
     if contact.tangential_mode == STICK:
         tangential = grip

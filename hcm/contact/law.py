@@ -135,7 +135,9 @@ def particle_velocity(
 
 
 @kernel
-def margins(x: float, gap: float, contact: ContactState, law: ContactLaw) -> tuple[float, float]:
+def margins(
+    x: float, gap: float, vn: float, contact: ContactState, law: ContactLaw
+) -> tuple[float, float]:
     """Margins to separation, F_n, and to slip, mu F_n - |F_t|, N."""
     ft, fn = contact_force(x, gap, contact, law)
     return fn, law.mu * fn - abs(ft)
@@ -143,7 +145,7 @@ def margins(x: float, gap: float, contact: ContactState, law: ContactLaw) -> tup
 
 @kernel
 def margin_rates(
-    x: float, gap: float, vt: float, vn: float, contact: ContactState, law: ContactLaw
+    x: float, gap: float, vt: float, vn: float, an: float, contact: ContactState, law: ContactLaw
 ) -> tuple[float, float]:
     """Time derivatives of `margins`, N/s."""
     ft, _ = contact_force(x, gap, contact, law)

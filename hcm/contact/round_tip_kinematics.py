@@ -23,6 +23,15 @@ c_nn F_n - D F_n.: to first order in D, and without friction's part in k,
 times e*^2 in restitution, where this yield is part of the contact too. It dissipates D (k g.)^2, in
 restitution e*^2 times that; it is limited so that the whole F_n does not become negative. F_t of
 springs that stick is at most mu times the whole F_n.
+
+A material with Kelvin-Voigt damping, stress E (strain + tau strain rate), multiplies each elastic
+field by 1 + tau d/dt, and so Hertz's force on the patch that it has (Brilliantov, Spahn, Hertzsch
+and Poeschel 1996, eq. 17):
+
+    F_n += -tau k g.,      which dissipates tau k g.^2.
+
+The tip leaves where the whole F_n vanishes; what its springs still hold then is lost as the surface
+relaxes (`unrecovered_energy`). F_t has no such part of its own.
 """
 
 import math
@@ -53,6 +62,7 @@ from hcm.contact.round_tip_law import (
     normal_slope,
     particle_velocity,
     spring_displacement,
+    stored_energy,
 )
 
 # Newton's last change of the springs' position, over the lengths of which it is a difference; the
@@ -148,29 +158,29 @@ def axis_end(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
 
 
 @kernel
-def radiates(law: RoundTipLaw) -> bool:
+def has_rate_force(law: RoundTipLaw) -> bool:
     """Whether `tip_force` depends on v."""
-    return law.radiation > 0.0
+    return law.radiation > 0.0 or law.relaxation > 0.0
 
 
 @kernel
-def radiation_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
-    """D k^2, N s/m, where the springs are at u_Y = gap."""
+def rate_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
+    """D k^2 + tau k, N s/m, where the springs are at u_Y = gap."""
     k = normal_slope(gap, contact, law)
     share = law.restitution * law.restitution if contact.normal_mode == RESTITUTION else 1.0
-    return share * law.radiation * k * k
+    return (share * law.radiation * k + law.relaxation) * k
 
 
 @kernel
-def radiated_force(
+def rate_force(
     gap: float, ft: float, fn: float, vn: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
-    """(F_t, F_n), N, that a radiating tip which moves up with vn = g. adds to the force (ft, fn) of
-    its springs at u_Y = gap.
+    """(F_t, F_n), N, that a tip which radiates or relaxes and moves up with vn = g. adds to the
+    force (ft, fn) of its springs at u_Y = gap.
     """
-    if contact.normal_mode == FLIGHT or not radiates(law):
+    if contact.normal_mode == FLIGHT or not has_rate_force(law):
         return 0.0, 0.0
-    more = max(-radiation_damping(gap, contact, law) * vn, -fn)
+    more = max(-rate_damping(gap, contact, law) * vn, -fn)
     if contact.tangential_mode == SLIP:
         return -contact.slip_sign * law.mu * more, more
     held = law.mu * (fn + more)
@@ -184,22 +194,20 @@ def tip_force(
     """(F_t, F_n) of the surface on the tip, N."""
     x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
-    more_t, more_n = radiated_force(y, ft, fn, v[tip + 1], contact, law)
+    more_t, more_n = rate_force(y, ft, fn, v[tip + 1], contact, law)
     return ft + more_t, fn + more_n
 
 
 @kernel
-def radiated_power(
-    q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
-) -> float:
-    """Power that the tip radiates, W; friction's, F_t V_P, is not included.
+def rate_power(q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw) -> float:
+    """Power that the tip radiates and its material dissipates, W, without friction's, F_t V_P.
 
     Sticking springs that are stretched on, while F_t is limited below their force, store more than
     the tip gives them: this stays in the energy balance instead of counting as a negative loss.
     """
     x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
-    more_t, more_n = radiated_force(y, ft, fn, v[tip + 1], contact, law)
+    more_t, more_n = rate_force(y, ft, fn, v[tip + 1], contact, law)
     power = -more_n * v[tip + 1]
     if more_t != 0.0:
         vt, vn = contact_velocity(q, v, tip, contact, law)
@@ -207,6 +215,12 @@ def radiated_power(
         slid = along - particle_velocity(y, vt, vn, contact, law)
         power += max(-more_t * slid, 0.0)
     return power
+
+
+@kernel
+def unrecovered_energy(x: float, gap: float, contact: ContactState, law: RoundTipLaw) -> float:
+    """What the springs of a tip that relaxes hold as it leaves the surface, J."""
+    return stored_energy(x, gap, contact, law) if law.relaxation > 0.0 else 0.0
 
 
 @kernel
@@ -229,9 +243,9 @@ def add_rate(
     q: Floats, weight: float, tip: int, contact: ContactState, law: RoundTipLaw, rows: Floats
 ) -> None:
     """Add -weight dF_n/dg. to `rows`."""
-    if contact.normal_mode != FLIGHT and radiates(law):
+    if contact.normal_mode != FLIGHT and has_rate_force(law):
         _, y = contact_position(q, tip, contact, law)
-        damping = radiation_damping(y, contact, law)
+        damping = rate_damping(y, contact, law)
         rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * damping
 
 

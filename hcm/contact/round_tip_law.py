@@ -42,7 +42,7 @@ class RoundTipLaw(NamedTuple):
     radius : R, m. lowest, hertz : whether the lowest point touches, and whether F_n is Hertz's.
     growth : s, 1/m. plane_strain_modulus, effective_shear_modulus : E* and G*, Pa.
     tangential_stiffness : k_t, N/m. compliance : (4,) of `build`, m/N.
-    radiation : D of `round_tip_kinematics`, m s/N.
+    radiation, relaxation : D, m s/N, and tau, s, of `round_tip_kinematics`.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
     memory : (MEMORY,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C_XX,
         C_XY, C_YY, of the touch; the springs' F_t and F_n; d.
@@ -62,6 +62,7 @@ class RoundTipLaw(NamedTuple):
     tangential_stiffness: float
     compliance: Floats
     radiation: float
+    relaxation: float
     springs: Floats
     depth: Floats
     width: Floats
@@ -225,10 +226,21 @@ def push_unit(law: RoundTipLaw) -> float:
 
 
 @kernel
-def margins(x: float, gap: float, contact: ContactState, law: RoundTipLaw) -> tuple[float, float]:
-    """Margins to separation, of d, and to slip, of the spring that slips last, as forces, N."""
-    d, _ = indentation(gap, contact, law)
-    push = push_unit(law) * d
+def relaxing_share(law: RoundTipLaw) -> float:
+    """The exponent of F_n over d times tau, s."""
+    return (1.5 if law.hertz else 1.0) * law.relaxation
+
+
+@kernel
+def margins(
+    x: float, gap: float, vn: float, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
+    """Margins to separation, of d, and to slip, of the spring that slips last, as forces, N.
+
+    Of a material that relaxes F_n + tau F_n. vanishes sooner, where d = -1.5 tau d. (Hertz).
+    """
+    d, rate = indentation(gap, contact, law)
+    push = push_unit(law) * (d - relaxing_share(law) * rate * vn)
     if law.springs.size == 0:
         ft, fn = contact_force(x, gap, contact, law)
         return push, law.mu * fn - abs(ft)
@@ -238,9 +250,9 @@ def margins(x: float, gap: float, contact: ContactState, law: RoundTipLaw) -> tu
 
 @kernel
 def margin_rates(
-    x: float, gap: float, vt: float, vn: float, contact: ContactState, law: RoundTipLaw
+    x: float, gap: float, vt: float, vn: float, an: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
-    """Time derivatives of `margins`, N/s; that to slip leaves out the growth of the patch."""
+    """Time derivatives of `margins`, N/s, without the growth of the patch and of -dd/du_Y."""
     d, rate = indentation(gap, contact, law)
     pull = math.copysign(vt, vt * (x - contact.particle)) if x != contact.particle else abs(vt)
     if law.springs.size == 0:
@@ -248,7 +260,7 @@ def margin_rates(
     else:
         size = 2.0 * law.effective_shear_modulus * math.sqrt(law.radius * max(d, 0.0))
         grip = -size * (law.mu / law.tangential_ratio * rate * vn + pull)
-    return -push_unit(law) * rate * vn, grip
+    return -push_unit(law) * rate * (vn + relaxing_share(law) * an), grip
 
 
 @kernel

@@ -16,7 +16,7 @@ from hcm.beam.chain import Chain
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import inlined, kernel
-from hcm.contact.contract import fill_column, radiated_power, radiates, stiffness_key
+from hcm.contact.contract import fill_column, has_rate_force, rate_power, stiffness_key
 from hcm.contact.law import ContactState
 from hcm.integrators.newton import (
     ITERATIONS,
@@ -171,9 +171,9 @@ def material_loss(
     lost = 0.0
     if chain.damped:
         lost = dissipation(old.q, old.chords, new.q, new.chords, work.increment, chain) / h
-    if radiates(law):
-        before = radiated_power(old.q, old.v, chain.tip, contact, law)
-        lost += 0.5 * h * (before + radiated_power(new.q, new.v, chain.tip, contact, law))
+    if has_rate_force(law):
+        before = rate_power(old.q, old.v, chain.tip, contact, law)
+        lost += 0.5 * h * (before + rate_power(new.q, new.v, chain.tip, contact, law))
     return lost
 
 

@@ -12,10 +12,10 @@ from hcm.contact.contract import (
     contact_position,
     contact_velocity,
     friction_loss,
+    has_rate_force,
     particle_position,
     particle_velocity,
-    radiated_force,
-    radiates,
+    rate_force,
     tip_force,
 )
 from hcm.contact.law import FLIGHT, SLIP, ContactState
@@ -46,11 +46,11 @@ def plain_friction(
     x0, y0 = contact_position(old.q, tip, contact, law)
     x1, y1 = contact_position(new.q, tip, contact, law)
     loss = friction_loss(loss, x0, y0, x1, y1, contact, law)
-    if radiates(law) and contact.tangential_mode == SLIP:
+    if has_rate_force(law) and contact.tangential_mode == SLIP:
         ft0, fn0 = contact_force(x0, y0, contact, law)
         ft1, fn1 = contact_force(x1, y1, contact, law)
-        more, _ = radiated_force(y0, ft0, fn0, old.v[tip + 1], contact, law)
-        more += radiated_force(y1, ft1, fn1, new.v[tip + 1], contact, law)[0]
+        more, _ = rate_force(y0, ft0, fn0, old.v[tip + 1], contact, law)
+        more += rate_force(y1, ft1, fn1, new.v[tip + 1], contact, law)[0]
         slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
         loss -= 0.5 * more * slid
     return loss

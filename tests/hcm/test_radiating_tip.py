@@ -53,7 +53,7 @@ def test_it_resists_the_rate_of_the_normal_force(tangential: int, angle: float) 
     more = np.array(round_tip_kinematics.tip_force(q, SIDEWAYS, 0, contact, tip)) - springs(q)
     assert more[1] == pytest.approx(-tip.radiation * k**2 * SIDEWAYS[1], rel=1e-5)
     assert more[0] == pytest.approx(-MU * more[1] if tangential == SLIP else 0.0, rel=1e-9)
-    power = round_tip_kinematics.radiated_power(q, SIDEWAYS, 0, contact, tip)
+    power = round_tip_kinematics.rate_power(q, SIDEWAYS, 0, contact, tip)
     if tangential == STICK:
         assert power == pytest.approx(tip.radiation * (k * SIDEWAYS[1]) ** 2, rel=1e-5)
     assert power > 0.0
@@ -78,7 +78,7 @@ def test_it_does_not_pull() -> None:
     tip, q = pressed(), at(1e-5, 0.5 * DEEP)
     fast = np.array([0.0, 1e4, 0.0, 0.0])
     assert round_tip_kinematics.tip_force(q, fast, 0, TOUCH, tip)[1] == pytest.approx(0.0, abs=1e-9)
-    assert round_tip_kinematics.radiated_power(q, fast, 0, TOUCH, tip) > 0.0
+    assert round_tip_kinematics.rate_power(q, fast, 0, TOUCH, tip) > 0.0
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.0])
@@ -99,7 +99,7 @@ def test_a_ball_loses_what_the_rate_of_hertzs_force_takes(speed: float) -> None:
             q, rate = at(0.0, -(y + 0.5 * step * half)), np.array([0.0, half, 0.0, 0.0])
             force = round_tip_kinematics.tip_force(q, rate, 0, contact, tip)[1]
             half = v + 0.5 * step * force / mass
-        lost += step * round_tip_kinematics.radiated_power(q, rate, 0, contact, tip)
+        lost += step * round_tip_kinematics.rate_power(q, rate, 0, contact, tip)
         y, v = y + step * half, v + step * force / mass
     energy = 0.5 * mass * speed**2
     assert lost == pytest.approx(energy - 0.5 * mass * v**2, rel=1e-4)

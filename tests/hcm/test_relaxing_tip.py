@@ -1,0 +1,114 @@
+"""A tip whose material has Kelvin-Voigt damping: F_n += -tau k g., its power, where it leaves."""
+
+import numpy as np
+import pytest
+from scipy.special import beta
+
+import hcm
+from hcm.contact import round_tip_kinematics, round_tip_law
+from hcm.contact.law import RESTITUTION, SLIP
+from hcm.contact.round_tip_law import COMPLIANCE_XY
+from tests.hcm.round_tips import NU, TOUCH, E, R, at, law, touched
+
+DEEP, TAU = 2e-4, 1e-5
+
+
+def damped_tap(tau: float, restitution: float = 1.0, **settings: object) -> hcm.TapResult:
+    phalanx = hcm.Phalanx(0.04, 2 * R, E, 1400.0, elements=6, poisson_ratio=NU, relaxation_time=tau)
+    return hcm.simulate(
+        hcm.Finger((phalanx,) * 3), hcm.Surface(0.1, 0.5), hcm.Tip(1e6, restitution),
+        settings=hcm.Settings(flight="rigid", estimate=False, **settings),  # type: ignore[arg-type]
+        assumptions=hcm.Assumptions("refined"),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("speed", [-0.8, 0.3])
+def test_the_force_is_the_elastic_one_and_tau_times_its_rate(speed: float) -> None:
+    """(1 + tau d/dt) of Hertz's F_n by central differences in time."""
+    tip = touched(law(mu=0.0, tip_compliance=True)._replace(relaxation=TAU))
+    tip.memory[COMPLIANCE_XY] = 0.0
+    contact, step = TOUCH._replace(tangential_mode=SLIP, slip_sign=1.0), 1e-9
+
+    def elastic(time: float) -> float:
+        return round_tip_law.contact_force(0.0, -DEEP + speed * time, contact, tip)[1]
+
+    expected = elastic(0.0) + TAU * (elastic(step) - elastic(-step)) / (2 * step)
+    v = np.array([0.0, speed, 0.0, 0.0])
+    found = round_tip_kinematics.tip_force(at(0.0, DEEP), v, 0, contact, tip)[1]
+    assert found == pytest.approx(expected, rel=1e-6)
+    power = round_tip_kinematics.rate_power(at(0.0, DEEP), v, 0, contact, tip)
+    assert power == pytest.approx(-(expected - elastic(0.0)) * speed, rel=1e-6)
+
+
+def test_it_leaves_where_the_whole_force_vanishes() -> None:
+    """The margin to separation has the sign of F_n + tau F_n., and its rate is its derivative."""
+    tip = touched(law(mu=0.0)._replace(relaxation=TAU))
+    back = TOUCH._replace(normal_mode=RESTITUTION)
+    for gap in -np.linspace(0.01, 1.0, 25) * DEEP:
+        d, vn = round_tip_law.indentation(gap, back, tip)[0], 2.0
+        _, fn = round_tip_law.contact_force(0.0, gap, back, tip)
+        whole = fn - TAU * round_tip_law.normal_slope(gap, back, tip) * vn
+        push, _ = round_tip_law.margins(0.0, gap, vn, back, tip)
+        assert np.sign(push) == np.sign(whole)
+        assert push == pytest.approx(round_tip_law.push_unit(tip) * (d - 1.5 * TAU * vn), rel=1e-12)
+    rate, _ = round_tip_law.margin_rates(0.0, -DEEP, 0.0, 2.0, -3e4, back, tip)
+    h = 1e-9
+    after, _ = round_tip_law.margins(0.0, -DEEP + 2.0 * h, 2.0 - 3e4 * h, back, tip)
+    before, _ = round_tip_law.margins(0.0, -DEEP - 2.0 * h, 2.0 + 3e4 * h, back, tip)
+    assert rate == pytest.approx((after - before) / (2 * h), rel=1e-6)
+
+
+@pytest.mark.parametrize("speed", [0.5, 2.0])
+def test_a_ball_loses_what_kelvin_and_voigt_take(speed: float) -> None:
+    """To first order tau int k d.^2 dt = 3 tau K v d_max^(3/2) (2/5) B(3/5, 3/2) over the pulse
+    of Hertz, F = K d^(3/2), d.^2 = v^2 (1 - (d/d_max)^(5/2)).
+    """
+    tau = 1e-6
+    tip = touched(law(mu=0.0)._replace(relaxation=tau))
+    mass, k = 1400.0 * 4 / 3 * np.pi * R**3, tip.k
+    deepest = (5 * mass * speed**2 / (4 * k)) ** 0.4
+    first = 3 * tau * k * speed * deepest**1.5 * 0.4 * beta(0.6, 1.5)
+    y, v, step, lost = 0.0, -speed, 2e-8, 0.0
+    contact = TOUCH._replace(tangential_mode=SLIP, slip_sign=1.0)
+    while y <= 0.0:
+        half = v
+        for _ in range(3):  # the force depends on the speed: the midpoint rule, iterated
+            q, rate = at(0.0, -(y + 0.5 * step * half)), np.array([0.0, half, 0.0, 0.0])
+            force = round_tip_kinematics.tip_force(q, rate, 0, contact, tip)[1]
+            half = v + 0.5 * step * force / mass
+        lost += step * round_tip_kinematics.rate_power(q, rate, 0, contact, tip)
+        y, v = y + step * half, v + step * force / mass
+    energy = 0.5 * mass * speed**2
+    assert lost == pytest.approx(energy - 0.5 * mass * v**2, rel=1e-3)
+    assert lost == pytest.approx(first, rel=3 * first / energy)
+    assert first / energy > 0.01
+
+
+@pytest.mark.parametrize("integrator", ["gauss", "generalized-alpha"])
+@pytest.mark.parametrize("restitution", [1.0, 0.5])
+def test_a_damped_taps_energy_adds_up(integrator: str, restitution: float) -> None:
+    """What the springs hold as the tip leaves counts as lost."""
+    result = damped_tap(TAU, restitution, contact_integrator=integrator)
+    assert result.status is hcm.Status.COMPLETED
+    assert result.summary.energy_residual < 3e-4
+    lost, force = result.history.material_dissipation_J, result.history.normal_force_N
+    assert np.diff(lost).min() >= 0.0
+    assert lost[-1] > 0.1 * result.history.kinetic_energy_J.max()
+    assert force.min() >= 0.0
+    (left,) = (event.time_s for event in result.events if event.kind == "separation")
+    last = int(result.history.time_s.searchsorted(left))
+    assert force[last] < 0.02 * force.max()
+    stored = result.history.contact_energy_J
+    assert stored[last - 1] > 1e-3 * stored.max()
+
+
+def test_damping_lowers_peak_and_impulse() -> None:
+    """As in the finite elements: the soft finger has 91.7 and 84.2 N with 3 and 10 us for 95.4."""
+    peaks = [damped_tap(tau).summary for tau in (0.0, 3e-6, 1e-5)]
+    for number, low, high in (
+        ("peak_normal_force_N", 0.86, 0.90),
+        ("normal_impulse_N_s", 0.89, 0.93),
+    ):
+        none, some, more = (getattr(s, number) for s in peaks)
+        assert low < more / none < high
+        assert more < some < none

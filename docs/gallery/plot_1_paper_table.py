@@ -2,10 +2,10 @@
 The paper's table
 =================
 
-Peak contact forces of the hard and the soft finger: what the article's Table 2 prints of its
-reduced model and of its finite elements, and what ours give. The reduced model agrees with its
-print to 0.2 %. The reference doesn't: the paper's stiff mesh and soft penalty are not converged,
-and a tip that is meshed for its contact gives half as much again.
+Peak contact forces of the hard and the soft finger: what the article's Table 2 prints for its
+reduced model and its finite elements, and what ours give. The reduced model agrees with the
+printed values to 0.2 %. The reference does not: the paper's coarse mesh and soft penalty are not
+converged, and a tip that is meshed for its contact gives half as much again.
 """
 
 from matplotlib import pyplot as plt
@@ -14,7 +14,7 @@ from validation.models import adapter
 from validation.scenes.load import load_scene
 from validation.validate.tables import printed
 
-MODELS = {"hcm": "hcm", "reference": "fem3d"}  # as the paper's claims call them, as we do
+MODELS = {"hcm": "hcm", "reference": "fem3d"}  # name in the paper's claims: our model
 KEY = "peak_normal_force_N"
 
 figure, axes = plt.subplots(1, 2, figsize=(8, 3.4), layout="constrained")

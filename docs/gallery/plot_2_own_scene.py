@@ -2,8 +2,8 @@
 A scene of your own
 ===================
 
-A scene is TOML in SI units. `fingertap new NAME.toml` writes one with every key explained; here
-it stands in the program: two phalanges of unequal length above a slope, let go 30 degrees down.
+A scene is TOML in SI units. `fingertap new NAME.toml` writes one with every key explained. Here it
+is in the program: two phalanges of unequal length above a slope, released 30 degrees down.
 """
 
 import tempfile

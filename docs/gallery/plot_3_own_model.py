@@ -3,8 +3,8 @@ A model of your own
 ===================
 
 A model is an object with a name, a kind and a `run` that returns its force curves. This one is the
-plug-in of `docs/plugin-example`, a rigid rod on a linear spring; installed with pip it is found by
-`fingertap run soft --model mine` and compared by `fingertap validate --models hcm,mine`.
+plug-in of `docs/plugin-example`, a rigid rod on a linear spring. Once installed with pip, it runs
+with `fingertap run soft --model mine` and is compared by `fingertap validate --models hcm,mine`.
 """
 
 import sys

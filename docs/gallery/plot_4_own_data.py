@@ -3,8 +3,8 @@ Curves of your own
 ==================
 
 A measurement or another program's run is a CSV with a column of times and one of forces; what the
-file doesn't say stands beside it in TOML. Here a made-up load cell: milliseconds, some noise with
-its standard deviation, a clock that started 135.9 ms late.
+file doesn't say goes beside it in TOML. The example is a made-up load cell: milliseconds, noise
+with its standard deviation, and a clock that started 135.9 ms late.
 """
 
 import tempfile

@@ -2,9 +2,9 @@
 A sweep with an error map
 =========================
 
-Where do the paper's assumptions do, and where not? Friction and stiffness over a grid, each scene
-solved with the paper's and with the refined assumptions, all of them on all cores. With the finite
-elements as a model beside, `fingertap sweep PLAN.toml` draws the same map against the reference.
+Where are the paper's assumptions good enough? Friction and stiffness vary over a grid, and each
+scene is solved with the paper's and with the refined assumptions, on all cores. With the finite
+elements among its models, `fingertap sweep PLAN.toml` draws the same map against the reference.
 """
 
 from dataclasses import replace

@@ -2,10 +2,10 @@
 An indentation
 ==============
 
-The meshed fingertip pressed on the plane by linear statics: force over approach, and the linear
-spring that holds the same energy at the same force, beside Hertz's. No one spring is right: k grows
-with the force (and scatters here by 5 %: the mesh is coarse). `fingertap identify contact soft`
-refines it, and finds the k of a scene's tap.
+The meshed fingertip is pressed on the plane by linear statics. Force over approach, and the linear
+spring with the same energy at the same force, are shown beside Hertz's. No single spring is right:
+k grows with the force (and scatters by 5 % here: the mesh is coarse).
+`fingertap identify contact soft` refines the mesh, and finds the k of a scene's tap.
 """
 
 import math
@@ -19,7 +19,7 @@ from reference_fem.hertz import hertz_indentation, hertz_stiffness
 from reference_fem.statics.indentation import contact_area, indent
 from reference_fem.statics.tip import tip_compliance
 
-radius, angle = 7.5e-3, math.radians(40)  # of the sphere; where it touches, off its axis
+radius, angle = 7.5e-3, math.radians(40)  # of the sphere; of the touch from its axis
 material = fem.Material(youngs_modulus=1e9, poisson_ratio=0.4, density=1400.0)
 geometry = meshes.FingerGeometry((3 * radius,), (2 * radius,))
 sizing = meshes.Sizing(

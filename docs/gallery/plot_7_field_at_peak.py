@@ -26,7 +26,7 @@ grid.cell_data["stress"] = peak.von_mises_Pa / 1e6
 half = grid.reflect((0.0, 0.0, 1.0))  # the cut faces the camera
 
 plotter = pv.Plotter(off_screen=True, window_size=(1200, 800))
-limits = (0.0, 3.0)  # MPa; under the contact it is more
+limits = (0.0, 3.0)  # MPa; exceeded under the contact
 plotter.add_mesh(half, show_edges=True, cmap="viridis", clim=limits, show_scalar_bar=False)
 plotter.set_background("white")
 plotter.enable_parallel_projection()

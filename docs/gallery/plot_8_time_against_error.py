@@ -2,10 +2,10 @@
 Time against error of your own settings
 =======================================
 
-What does a shorter step buy? The soft tap by fixed contact steps, with 2 and with 20 elements a
-phalanx, against a run far tighter than all of them: the error falls with the step's square down to
-what the elements leave. `fingertap bench` does this for both models and every setting. Flights are
-rigid, so that time goes to the contact; it is the shortest of three runs.
+What does a shorter step buy? The soft tap is solved with fixed contact steps and 2 or 20 elements a
+phalanx, and compared with a far tighter run: the error falls with the step's square down to what
+the elements leave. `fingertap bench` does this for both models and every setting. Flights are
+rigid, so that time goes to the contact; times are the shortest of three runs.
 """
 
 from matplotlib import pyplot as plt
@@ -16,7 +16,7 @@ SURFACE, TIP = hcm.Surface(height=0.1, friction=0.5), hcm.Tip(normal_stiffness=0
 
 
 def tap(elements, **settings):
-    """Peak force and the time of the solve, by hcm's settings."""
+    """Peak force (N) and solve time (s) with these elements and hcm settings."""
     finger = hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements),) * 3)
     chosen = hcm.Settings(estimate=False, flight="rigid", contact_tolerance=0.0, **settings)
     runs = [hcm.simulate(finger, SURFACE, TIP, hcm.Drive(), chosen) for _ in range(3)]

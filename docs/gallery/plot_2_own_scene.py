@@ -3,7 +3,7 @@ A scene of your own
 ===================
 
 A scene is TOML in SI units. `fingertap new NAME.toml` writes one with every key explained. Here it
-is in the program: two phalanges of unequal length above a slope, released 30 degrees down.
+is in the program: two phalanges of unequal length above a slope, released 29 degrees down.
 """
 
 import tempfile

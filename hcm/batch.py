@@ -12,6 +12,7 @@ import signal
 from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set, Sized
 from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field, fields, replace
 from itertools import islice
 from multiprocessing import connection, get_context, parent_process
@@ -40,6 +41,9 @@ _FORKED = get_context("fork")
 _stop: Any = None
 # Statuses of a scene without a run: it was refused, or its solver raised an unexpected exception.
 REFUSED, FAILED = "REFUSED", "FAILED"
+
+
+Part = tuple[Scene | ParameterError, ...]
 
 
 @dataclass(frozen=True)
@@ -122,7 +126,8 @@ def simulate_each(
     """Yield outcomes in the order of the scenes, bit for bit as `simulate` gives them.
 
     Scenes are drawn as they are needed, and nothing is kept of those that are done: memory does not
-    grow with their number.
+    grow with their number. What a killed process has not finished is solved again; a scene whose
+    own process is killed is FAILED.
 
     Parameters
     ----------
@@ -145,19 +150,58 @@ def simulate_each(
     count = workers or len(os.sched_getaffinity(0))
     given, stop = iter(scenes), _FORKED.Event()
     yield from (_tap(scene, accuracy) for scene in islice(given, 1))
-    waiting: deque[Future[list[Outcome]]] = deque()
-    with ProcessPoolExecutor(count, _FORKED, _begin, (stop,)) as pool:
+    waiting: deque[tuple[Part, Future[list[Outcome]]]] = deque()
+    pool = _pool(count, stop)
+    try:
+        while True:
+            while len(waiting) < AHEAD * count and (part := tuple(islice(given, PART))):
+                waiting.append((part, _submitted(pool, part, accuracy)))
+            if not waiting:
+                break
+            part, future = waiting.popleft()
+            try:
+                outcomes = future.result()
+            except BrokenProcessPool:  # one of its processes was killed: all parts are lost
+                pool.shutdown()
+                outcomes = [_alone(scene, accuracy, stop) for scene in part]
+                pool = _pool(count, stop)
+                lost, waiting = waiting, deque()
+                waiting.extend((part, _submitted(pool, part, accuracy)) for part, _ in lost)
+            yield from outcomes
+    finally:  # on an interrupt too: runs end within a call of the loop
+        stop.set()
+        for _, future in waiting:
+            future.cancel()
+        pool.shutdown()
+
+
+def _pool(count: int, stop: Any) -> ProcessPoolExecutor:
+    return ProcessPoolExecutor(count, _FORKED, _begin, (stop,))
+
+
+def _submitted(
+    pool: ProcessPoolExecutor, part: Part, accuracy: float | None
+) -> Future[list[Outcome]]:
+    """A part's outcomes; of a pool that is broken, a future that says so."""
+    try:
+        return pool.submit(_taps, part, accuracy)
+    except BrokenProcessPool as broken:
+        future = Future[list[Outcome]]()
+        future.set_exception(broken)
+        return future
+
+
+def _alone(scene: Scene | ParameterError, accuracy: float | None, stop: Any) -> Outcome:
+    """A scene's outcome from a process of its own, whose end by a kill is that of this scene."""
+    with _pool(1, stop) as pool:
         try:
-            while part := tuple(islice(given, PART)):
-                waiting.append(pool.submit(_taps, part, accuracy))
-                if len(waiting) >= AHEAD * count:
-                    yield from waiting.popleft().result()
-            while waiting:
-                yield from waiting.popleft().result()
-        finally:  # on an interrupt too: runs end within a call of the loop
+            return pool.submit(_tap, scene, accuracy).result()
+        except BrokenProcessPool:
+            why = "its process was killed twice (if for lack of memory, ask for fewer workers)"
+            return Outcome(FAILED, why)
+        except BaseException:
             stop.set()
-            for future in waiting:
-                future.cancel()
+            raise
 
 
 def _begin(stop: Any) -> None:
@@ -187,7 +231,7 @@ def simulate_many(
     return table(list(simulate_each(scenes, workers, accuracy)))
 
 
-def _taps(scenes: Sequence[Scene | ParameterError], accuracy: float | None) -> list[Outcome]:
+def _taps(scenes: Part, accuracy: float | None) -> list[Outcome]:
     return [_tap(scene, accuracy) for scene in scenes if not _stop.is_set()]
 
 

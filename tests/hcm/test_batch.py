@@ -3,6 +3,8 @@
 import itertools
 import json
 import multiprocessing
+import os
+import signal
 import subprocess
 import sys
 import time
@@ -111,6 +113,32 @@ def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyP
     peaks = table["peak_normal_force_N"].values
     assert np.isnan(peaks[[1, 2, 3, 6]]).all()
     assert peaks[4] == own(given[4]).summary.peak_normal_force_N
+
+
+@pytest.mark.parametrize("kills", [1, 100])
+def test_a_killed_process_costs_the_other_scenes_nothing(
+    kills: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All outcomes of the call were lost, and no scene was named."""
+    own, left = batch.simulate_scene, multiprocessing.get_context("fork").Value("l", kills)
+    given = [replace(SCENE, surface=hcm.Surface(height, 0.5)) for height in HEIGHTS] * 4
+    deadly = given[9] = replace(SCENE, surface=hcm.Surface(0.021, 0.5))
+
+    def killed(scene: hcm.Scene, progress: Any) -> hcm.TapResult:
+        with left.get_lock():
+            left.value -= int(dies := scene == deadly and left.value > 0)
+        if dies:
+            os.kill(os.getpid(), signal.SIGKILL)
+        return own(scene, progress)
+
+    monkeypatch.setattr(batch, "simulate_scene", killed)
+    outcomes = list(hcm.simulate_each(given, workers=2))
+    assert [o.status for o in outcomes[:9] + outcomes[10:]] == ["COMPLETED"] * (len(given) - 1)
+    assert outcomes[9].status == ("COMPLETED" if kills == 1 else "FAILED")
+    assert "killed" in outcomes[9].message or kills == 1
+    alike = [own(scene).summary for scene in given[:4]]
+    assert [o.summary for o in outcomes[:4]] == alike
+    assert not multiprocessing.active_children()
 
 
 def test_the_table_has_units_and_whole_columns() -> None:

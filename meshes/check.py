@@ -45,6 +45,11 @@ def _check_numbers(mesh: FingerMesh) -> None:
             f"elements name points {mesh.cells.min()} to {mesh.cells.max()}, but there are "
             f"{len(mesh.points)}"
         )
+    alone = np.setdiff1d(np.arange(len(mesh.points)), mesh.cells)
+    if alone.size:
+        raise MeshError(
+            f"{alone.size} points belong to no element; the first is point {alone[0]}; remove them"
+        )
 
 
 def required_node_sets(dim: int, phalanges: int) -> list[str]:

@@ -70,12 +70,15 @@ def read(path: str | Path) -> FingerMesh:
     path = Path(path)
     module = _format(path)
     if not os.path.isfile(path):  # also if the name is too long or has a null byte
-        raise MeshError(f"{path}: no such file")
+        what = "is a folder; give a file" if os.path.isdir(path) else "no such file"
+        raise MeshError(f"{path}: {what}")
     try:
         content = module.read(path)
     except Exception as error:  # meshio's readers raise whatever their parsing runs into
         reason = " ".join(str(error).split())[:100] or type(error).__name__
-        raise MeshError(f"{path}: unreadable or truncated ({reason})") from error
+        text = "; meshio reads no fields of a .msh in ASCII: save it as binary, or as .vtu"
+        remedy = text if path.suffix == ".msh" and _is_ascii(path) else ""
+        raise MeshError(f"{path}: unreadable or truncated ({reason}){remedy}") from error
     try:
         mesh = _from_content(content)
         check(mesh)
@@ -91,6 +94,12 @@ def _format(path: Path) -> ModuleType:
     if path.suffix not in modules:
         raise MeshError(f"{path}: suffix {path.suffix!r} is unknown; use .vtu or .msh")
     return modules[path.suffix]
+
+
+def _is_ascii(path: Path) -> bool:
+    """Whether the header of a .msh, ``$MeshFormat``, version, 0 or 1, size, says so."""
+    with path.open("rb") as file:
+        return file.read(40).split()[2:3] == [b"0"]
 
 
 def _from_content(content: Any) -> FingerMesh:

@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import meshes
+from meshes.check import check
 
 GEOMETRY = meshes.FingerGeometry((0.04, 0.03), (0.015, 0.012))
 SIZING = meshes.Sizing(2e-3, 4e-3, 1e-3)
@@ -65,8 +66,25 @@ def test_a_mesh_goes_to_another_process(mesh: meshes.FingerMesh, copied: Any) ->
     assert again.points is not mesh.points
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_folder_a_text_file_and_a_lonely_point(mesh: meshes.FingerMesh, tmp_path: Path) -> None:
+    """Each is told what it is: a .msh in ASCII was "truncated"."""
+    (tmp_path / "folder.vtu").mkdir()
+    assert "folder.vtu: is a folder" in refusal(tmp_path / "folder.vtu")
+    meshes.write(mesh, tmp_path / "own.vtu")
+    text = tmp_path / "text.msh"
+    for version in ("2.2", "4.1"):
+        content = meshio.vtu.read(tmp_path / "own.vtu")
+        meshio.gmsh.write(text, content, fmt_version=version, binary=False)
+        assert "save it as binary, or as .vtu" in refusal(text)
+    lonely = dataclasses.replace(mesh, points=np.vstack([mesh.points, [[0.0] * mesh.dim]]))
+    with pytest.raises(meshes.MeshError, match=f"1 points belong .* point {len(mesh.points)};"):
+        check(lonely)
+
+
 @pytest.mark.parametrize("kept", [0.0, 0.02, 0.3, 0.6, 0.95, 0.999])
+
+
+@pytest.mark.parametrize("suffix", SUFFIXES)
 def test_truncated_files(mesh: meshes.FingerMesh, suffix: str, kept: float, tmp_path: Path) -> None:
     path = tmp_path / f"finger{suffix}"
     meshes.write(mesh, path)

@@ -16,6 +16,8 @@ from hcm.posture import Posture
 if TYPE_CHECKING:
     import xarray
 
+    from hcm.force_curve import ForceCurve
+
 
 class Status(Enum):
     """How a run ended; `advice` says what to do about it."""
@@ -253,6 +255,13 @@ class TapResult:
     other_ends: tuple[OtherEnd, ...] = ()
     given: Mapping[str, Any] = field(default_factory=dict)
 
+    @property
+    def forces(self) -> "ForceCurve | None":
+        """The contact force between the history's rows too, if collocation's steps are long."""
+        from hcm.force_curve import force_curve
+
+        return force_curve(self.history, self.given) if self.given else None
+
     def to_dataset(self) -> "xarray.Dataset":
         """History, events, numbers and errors with units; inputs and versions as attributes."""
         events = {
@@ -260,7 +269,11 @@ class TapResult:
             "kind": np.array([event.kind for event in self.events], dtype=str),
         }
         return run_dataset(
-            {"time": vars(self.history), "event": events},
+            {
+                "time": vars(self.history),
+                "step": {} if (curve := self.forces) is None else vars(curve),
+                "event": events,
+            },
             asdict(self.summary),
             self.errors,
             title="a tap of the reduced model (hcm)",
@@ -274,5 +287,6 @@ class TapResult:
 
     def _repr_html_(self) -> str:
         notes = (f"{self.status.name} {self.message}", *self.cautions)
-        time, force = self.history.time_s, self.history.normal_force_N
-        return run_html(notes, asdict(self.summary), self.errors, time, force)
+        curve = self.forces or self.history
+        of = asdict(self.summary), self.errors, curve.time_s, curve.normal_force_N
+        return run_html(notes, *of)

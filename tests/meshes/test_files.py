@@ -82,8 +82,6 @@ def test_a_folder_a_text_file_and_a_lonely_point(mesh: meshes.FingerMesh, tmp_pa
 
 
 @pytest.mark.parametrize("kept", [0.0, 0.02, 0.3, 0.6, 0.95, 0.999])
-
-
 @pytest.mark.parametrize("suffix", SUFFIXES)
 def test_truncated_files(mesh: meshes.FingerMesh, suffix: str, kept: float, tmp_path: Path) -> None:
     path = tmp_path / f"finger{suffix}"

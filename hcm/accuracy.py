@@ -120,7 +120,7 @@ def simulate_within(
         may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
         if again or (expected <= accuracy and not (chance or may_go_on)):
             break
-        again = f"solved again: {expected:.2g} was expected of the first run"
+        again = f"solved again: the first run's estimate was {expected:.2g}"
         if chance or may_go_on:
             again = "solved again: the finger folds up, or its tap barely ends"
         smaller = min(max(expected / accuracy, COMPANION_ERROR_RATIO), COMPANION_ERROR_RATIO**2)
@@ -223,7 +223,7 @@ def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
     """Caution about the first tap's transitions if the coarser run has more or fewer of them."""
     both = result.summary, coarse.summary
     counts = [(name, *(getattr(of, name) for of in both)) for name in TRANSITION_COUNTS]
-    apart = ", ".join(f"{name} {own} and {its}" for name, own, its in counts if own != its)
+    apart = ", ".join(f"{name} {own} against {its}" for name, own, its in counts if own != its)
     caution = f"transitions are not resolved ({apart} in coarser steps); ask for a smaller accuracy"
     return (caution,) if apart else ()
 
@@ -233,7 +233,7 @@ def _short(result: TapResult, expected: float, accuracy: float, chance: bool) ->
     if chance and expected > CAUTION_ERROR:
         status = Status.UNREPEATABLE
         ratio = COMPANION_ERROR_RATIO
-        doubt = f"; {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
+        doubt = f"; a run at {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
         return replace(result, status=status, message=status.value + doubt, errors={})
     error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
     short = f"expects {error}; {accuracy:g} was wanted"

@@ -123,7 +123,9 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     check_kind("stated", stated, Mapping)
     known = {"elements", *(field.name for field in fields(Settings))}
     if unknown := [name for name in stated if name not in known]:
-        raise ParameterError(f"stated has {unknown[0]!r}: must be of {', '.join(sorted(known))}")
+        raise ParameterError(
+            f"stated has {unknown[0]!r}: must be one of {', '.join(sorted(known))}"
+        )
     return choose(accuracy, scene, stated)
 
 
@@ -161,13 +163,13 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     fine = min(FINE_NEWTON[0] * accuracy, FINE_NEWTON[1]) if smooth else 0.0
     newton = min(max(share * accuracy, fine, 1e-12), most)
     choices = (
-        Choice("elements", counts, f"waves of {hz(frequency)}; the spring shields higher ones"),
+        Choice("elements", counts, f"waves up to {hz(frequency)}; the spring filters the rest"),
         *flight.choices,
         Choice("contact_integrator", method, f"order {2 * stages if method == GAUSS else 2}"),
-        Choice("stages", stages, "more where a vibration is followed: longer steps"),
+        Choice("stages", stages, "more if a vibration is resolved: longer steps"),
         Choice("contact_step", step, f"oscillations of {hz(fastest)}"),
-        Choice("contact_tolerance", 0.0, "skipped: equal steps need no error of each"),
-        Choice("newton_tolerance", newton, "iterations end below the steps' errors"),
+        Choice("contact_tolerance", 0.0, "skipped: equal steps need no error control"),
+        Choice("newton_tolerance", newton, "iterations stop below the steps' errors"),
     )
     made: dict[str, Any] = {c.setting: c.value for c in choices if c.setting not in stated}
     finger = scene.finger

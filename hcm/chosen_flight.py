@@ -91,7 +91,7 @@ def choose_flight(
     skips = max(bent * fall.bending / fall.speed, ringing_share)
     stiff = skips <= accuracy and fall.largest <= LARGEST_LEFT_OUT * fall.speed
     if stated.get("flight", "rigid" if stiff else "") == "rigid":
-        why = f"skipped: what bends and vibrates, {skips:.1g} of the tap"
+        why = f"skipped: bending and vibration, {skips:.1g} of the tap"
         return FlightChoice(_as_rods(accuracy, why, 1.0, "the tolerance decides"), skips, one)
     if stated.get("flight_integrator") == GENERALIZED_ALPHA:
         return FlightChoice((), math.inf, one)
@@ -99,7 +99,7 @@ def choose_flight(
     if fall.sunk > SUNK * way and not (driven or "flight" in stated):
         why = "skipped: the finger meets the surface before its tip does"
         step = min(fall.time / FEW_STEPS, 1.0)
-        return FlightChoice(_as_rods(accuracy, why, step, "when it does"), skips, one)
+        return FlightChoice(_as_rods(accuracy, why, step, "to find that touch"), skips, one)
     return _elastic(accuracy, scene, fall, frequency, skips, driven, stated)
 
 
@@ -140,8 +140,8 @@ def _elastic(
     steps = min(FEWEST_STEPS / min(accuracy, 1e-2) ** 0.25, FEW_STEPS) if quiet else FEW_STEPS
     longest = min(fall.time / steps, 1.0)
     if ringing_share <= accuracy:
-        why = f"skipped: the vibration, {ringing_share:.1g} of the tap, is not followed"
-        fewer = "skipped until the touch: the contact's, as it bends slowly"
+        why = f"skipped: the vibration, {ringing_share:.1g} of the tap, is not resolved"
+        fewer = "skipped until the touch: finer elements, as it bends slowly"
         few = Choice("flight_elements", BENT_ELEMENTS, fewer)
         one = (1,) * len(phalanges)
         made = (*elastic, few, Choice("flight_step", longest, why))
@@ -152,10 +152,10 @@ def _elastic(
     stages = STAGES if _in_phase(STAGES, turn) >= highest * longest else FOLLOWING_STAGES
     stages = stated.get("stages", stages)
     step = min(_in_phase(stages, turn) / highest, longest)
-    why = f"the vibration, {ringing_share:.1g} of the tap, arrives in phase up to {hz(highest)}"
+    why = f"the vibration, {ringing_share:.1g} of the tap, keeps its phase up to {hz(highest)}"
     wave = _wave(turn, scene.assumptions.has("shear"))
     counts = tuple([count_elements(p, highest, wave) for p in phalanges])
-    fewer = "skipped until the touch: the contact's, above that frequency"
+    fewer = "skipped until the touch: finer elements, above that frequency"
     few = Choice("flight_elements", max(counts), fewer)
     made = (*elastic, few, Choice("flight_step", step, why))
     return FlightChoice(made, 0.0, counts, True, stages)
@@ -166,7 +166,7 @@ def _tolerance(accuracy: float, settings: Settings) -> Choice:
     if settings.taps > 1 or settings.end_time is not None:
         return Choice("flight_tolerance", STEP_SHARE * accuracy, "flights after a tap vibrate")
     return Choice(
-        "flight_tolerance", BENT_TOLERANCE, "equal steps, but where no rods foretell them"
+        "flight_tolerance", BENT_TOLERANCE, "equal steps where a flight of rods predicts them"
     )
 
 

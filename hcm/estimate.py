@@ -245,11 +245,11 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
     if not (shares[1:] > CAUTION_ERROR).any():
         return ()
     worst = 1 + int(shares[1:].argmax())
-    apart = f"{_percent(float(shares[worst]))} apart in two runs, which bounds nothing"
+    apart = f"{_percent(float(shares[worst]))} apart in two runs, too far for a bound"
     if shares[worst] == math.inf:
-        apart = "there is none in a second run"
+        apart = "a second run has no such tap"
     return (
-        "estimated errors are the first tap's: later ones depend on the vibration that it leaves"
+        "estimated errors cover the first tap only: later taps depend on the vibration it leaves"
         f" (peak normal force of tap {worst + 1}: {apart})",
     )
 

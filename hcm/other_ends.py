@@ -21,17 +21,16 @@ THRESHOLD_SHARE, ERROR_FACTOR = 1e-4, 4.0
 MOST_ENDS = 2
 NUMBERS = (*FROM_SPEED, "peak_stress_R_Pa")
 OPEN = (
-    "it is open whether the first tap is over after {:.4g} us or after {:.4g} us, by a rule that"
-    " parts touches and that was near to either: hold its touches (solver.hcm.tap_until), or"
-    " compare forces"
+    "the first tap may end after {:.4g} us or after {:.4g} us: the rule that separates touches"
+    " nearly decided otherwise; fix its end with solver.hcm.tap_until, or compare forces"
 )
 GOES_ON = (
-    "it is open whether the first tap is over after {:.4g} us or goes on beyond {:.4g} us, by a"
-    " rule that parts touches and that was near to either: hold its touches (solver.hcm.tap_until)"
+    "the first tap may end after {:.4g} us or last beyond {:.4g} us: the rule that separates"
+    " touches nearly decided otherwise; fix its end with solver.hcm.tap_until"
 )
 UNKNOWN = (
-    "it is open whether the first tap is over after {:.4g} us or has the touches of {:.4g} us, of"
-    " which a run ended as {}: hold its touches (solver.hcm.tap_until)"
+    "the first tap may end after {:.4g} us or include the touches up to {:.4g} us, but a run"
+    " with those ended as {}: fix its end with solver.hcm.tap_until"
 )
 Errors = Mapping[str, float | tuple[float, float]]
 

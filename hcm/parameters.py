@@ -141,12 +141,12 @@ class TorqueTable:
         if not self.time or len(self.time) != len(self.values):
             raise ParameterError(
                 f"torques: {len(self.time)} times and {len(self.values)} rows of values: must be"
-                " as many, at least one"
+                " equal, and at least one"
             )
         if len(lengths := {len(row) for row in self.values}) > 1:
             words = " and ".join(map(str, sorted(lengths)))
             raise ParameterError(
-                f"torques.values: has rows of {words} values: must be as many, one per phalanx"
+                f"torques.values: has rows of {words} values: each must have one per phalanx"
             )
         for torque in chain.from_iterable(self.values):
             if not (known := Bound("N m")).holds(torque):
@@ -155,7 +155,7 @@ class TorqueTable:
             if after < before or after == (self.time[n - 1] if n else None):
                 raise ParameterError(
                     f"torques.time = {after!r}: must not be before {before!r}, nor a third equal"
-                    " one"
+                    " time"
                 )
 
 

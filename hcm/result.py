@@ -53,7 +53,7 @@ _ADVICE = {
     Status.INTERRUPTED: "run again, from the beginning; what was computed so far is in the result",
     Status.BODY_TOUCHES: "in this model only the tip can touch: raise surface.height, or turn the"
     " torques (drive.torques) so that the tip arrives first",
-    Status.UNRESOLVED: "ask for a smaller solver.accuracy, or where none is asked for reduce"
+    Status.UNRESOLVED: "reduce solver.accuracy or, if that is not set, reduce"
     " solver.hcm.contact_step, or let solver.hcm.contact_tolerance control"
     " the steps (1e-11 does by default)",
     Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
@@ -61,10 +61,10 @@ _ADVICE = {
     " drive.torques or the flight (surface.height)",
     Status.TOO_FLEXIBLE: "set solver.hcm.flight to 'elastic': the finger's bending on its way to"
     " the surface matters",
-    Status.LOSES_HOLD: "friction moves a tip that yields by more than a restitution this small"
-    " gives back: raise tip.restitution or lower surface.friction",
-    Status.UNBALANCED: "the steps are too long for this motion: ask for a smaller"
-    " solver.accuracy, or where none is asked for reduce solver.hcm.flight_tolerance and"
+    Status.LOSES_HOLD: "friction moves the yielding tip further than so small a restitution"
+    " returns it: raise tip.restitution or lower surface.friction",
+    Status.UNBALANCED: "the steps are too long for this motion: reduce"
+    " solver.accuracy or, if that is not set, reduce solver.hcm.flight_tolerance and"
     " solver.hcm.contact_tolerance (0 keeps the steps fixed), or solver.hcm.flight_step and"
     " solver.hcm.contact_step",
 }

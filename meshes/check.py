@@ -30,7 +30,7 @@ def check(mesh: FingerMesh) -> None:
     shared = int(np.count_nonzero(facets(mesh.cells)[1] > 2))
     if shared:
         raise MeshError(
-            f"{shared} sides belong to three elements or more; remove elements that are there twice"
+            f"{shared} sides belong to three elements or more; remove duplicate elements"
         )
 
 

@@ -35,7 +35,7 @@ def write(mesh: FingerMesh, path: str | Path) -> None:
     import meshio
 
     if mesh.ties.size:
-        raise MeshError(f"{path}: nodes that hang have no place in a file; mesh with halvings = 0")
+        raise MeshError(f"{path}: a file cannot hold hanging nodes; mesh with halvings = 0")
     path = Path(path)
     module = _format(path)
     points = np.zeros((len(mesh.points), 3))

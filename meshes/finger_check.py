@@ -36,10 +36,7 @@ def check_finger(mesh: FingerMesh, geometry: FingerGeometry) -> None:
         Naming the phalanx or the set, what it is and what the finger requires.
     """
     if mesh.phalanges != geometry.phalanges:
-        raise MeshError(
-            f"has {mesh.phalanges} phalanges, the finger's number of phalanges says "
-            f"{geometry.phalanges}"
-        )
+        raise MeshError(f"has {mesh.phalanges} phalanges, the finger has {geometry.phalanges}")
     bodies = [_Body.of(mesh, geometry, w) for w in range(geometry.phalanges)]
     owner = np.full(len(mesh.points), -1)
     for body in bodies:
@@ -112,7 +109,7 @@ class _Body:
         parts = _parts(self.cells)
         if parts > 1:
             raise MeshError(
-                f"cell set phalanx_{self.w + 1}: {parts} parts that no facet joins; a phalanx is "
+                f"cell set phalanx_{self.w + 1}: {parts} parts not joined by a facet; a phalanx is "
                 "one body"
             )
         x, y = self.points[self.nodes, 0], self.points[self.nodes, 1]
@@ -120,12 +117,12 @@ class _Body:
         across = np.linalg.norm(self.points[self.nodes, 1:], axis=1)
         low = float(self.points[self.nodes, 2].min()) if self.points.shape[1] == 3 else 0.0
         for what, found, wanted in (
-            (f"{name} is {{}} m long, the finger's length says {{}}", np.ptp(x), first - last),
+            (f"{name} is {{}} m long, the finger's length is {{}}", np.ptp(x), first - last),
             (f"{name} begins at x = {{}} m, its hinge in the finger is at {{}}", x.max(), first),
             (f"{name} lies {{}} m above the axis y = {{}}", 0.5 * (y.min() + y.max()), 0.0),
-            (f"{name} begins at z = {{}} m, half of the finger at {{}}", low, 0.0),
+            (f"{name} begins at z = {{}} m, a half finger at {{}}", low, 0.0),
             (
-                f"{name} is {{}} m thick, the finger's diameter says {{}}",
+                f"{name} is {{}} m thick, the finger's diameter is {{}}",
                 2.0 * across.max(),
                 2.0 * radius,
             ),

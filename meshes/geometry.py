@@ -51,8 +51,8 @@ class FingerGeometry:
         if self.shaft_radius is not None and self.shaft_radius > LARGEST_SHAFT * min(self.radii):
             raise MeshError(
                 f"shaft_radius = {self.shaft_radius:g} m: must be at most {LARGEST_SHAFT:g} of "
-                f"the smallest phalanx's radius ({min(self.radii):g} m), or its end is no more "
-                "than a thin wall"
+                f"the smallest phalanx's radius ({min(self.radii):g} m), or its end is only "
+                "a thin wall"
             )
         if self.tip == "hemisphere" and self.lengths[-1] <= self.radii[-1]:
             raise MeshError(

@@ -230,7 +230,7 @@ def _require_room(geometry: FingerGeometry) -> None:
         needed = (geometry.shaft_holes(w) * HINGE_DEPTH + rounded) * radius
         if length <= needed:
             raise MeshError(
-                f"phalanx {w + 1} is {length:g} m long, but its ends with holes for shafts"
+                f"phalanx {w + 1} is {length:g} m long, but its ends with shaft holes"
                 f"{' and its hemisphere' if rounded else ''} take {needed:g} m: lengthen it or "
                 "leave shaft_radius out"
             )

@@ -138,12 +138,12 @@ def require_bearable(geometry: FingerGeometry, sizing: Sizing, elements: int) ->
     if elements > sizing.max_elements:
         limit = f"max_elements = {sizing.max_elements:g}"
     elif elements * steps > sizing.max_updates:
-        limit = f"max_updates = {sizing.max_updates:g} of one element by one step"
+        limit = f"max_updates = {sizing.max_updates:g} (elements times steps)"
     else:
         return
     raise MeshError(
-        f"these sizes give {elements:.3g} elements and some {steps:.2g} steps a tap, above {limit}:"
-        f" some {1e-9 * BYTES_PER_ELEMENT * elements:.3g} GB, and "
+        f"these sizes give {elements:.3g} elements and about {steps:.2g} steps a tap, above "
+        f"{limit}: about {1e-9 * BYTES_PER_ELEMENT * elements:.3g} GB, and "
         f"{elements * steps / UPDATES_PER_S / 3600.0:.3g} hours for a tap; enlarge section_size, "
         "axial_size or tip_size"
     )

@@ -70,7 +70,7 @@ def sizes_for(accuracy: float, friction: float = 0.0) -> Sizes:
     if not SMALLEST <= accuracy <= LARGEST:
         raise ValueError(
             f"accuracy = {accuracy:g}: must be {SMALLEST:g} to {LARGEST:g} for finite elements;"
-            " below it refine a preset and compare (fingertap converge)"
+            " below that refine a preset and compare (fingertap converge)"
         )
     return Sizes(
         edge=min(EDGE * (accuracy / BASE_ACCURACY) ** (1.0 / EDGE_EXPONENT), LARGEST_EDGE),

@@ -72,7 +72,7 @@ def cautions(
     found = []
     if spike(forces.normal_force_N, steps_per_cell_transit(model)) > SPIKE:
         found.append(
-            "the peak normal force is a spike of a few steps or elements, which another step or "
+            "the peak normal force is a spike of a few steps or elements that another step or "
             f"mesh changes: use {_smoother(settings)}"
         )
     steps = int(np.count_nonzero(forces.normal_force_N > 0.0))
@@ -90,7 +90,7 @@ def cautions(
         impulse = settings.contact == "impulse"
         plastic = " (impulses stop nodes as plastic impacts do)" if impulse else ""
         found.append(
-            f"{100 * residual:.3g} % of the largest kinetic energy is missing or too much: lower "
+            f"{100 * residual:.3g} % of the largest kinetic energy was lost or gained: lower "
             f"solver.fem.step_factor, and refine the mesh where it touches{plastic}"
         )
     smallest = min(
@@ -111,14 +111,14 @@ def cautions(
     away = 1e3 * (last - at)
     if at > body[:, 0].min() + END * radius:
         found.append(
-            f"at the peak force it touches {away:.3g} mm from the last hinge, with the shaft and "
-            "not with its end, which the reduced model does not carry: put surface.height higher "
-            "or lower for a touch of the end"
+            f"at the peak force the shaft touches, {away:.3g} mm from the last hinge, not the "
+            "end, which the reduced model cannot represent: raise or lower surface.height so that "
+            "the end touches"
         )
     if times is not None:
         found.append(
             f"at the peak force it touches {away:.3g} mm from the last hinge, where edges are "
-            f"{times:.2g} times those that were refined for contact: refine more of it "
+            f"{times:.2g} times those refined for contact: refine a larger part "
             "(solver.fem.patch_size, solver.fem.growth)"
         )
     strain = float(history.strain_energy_J.max())
@@ -208,7 +208,7 @@ def imprecise(
     if any(0.5 * poor[name] <= by_mesh.get(name, 0.0) < math.inf for name in poor):
         line += (
             f"; an edge where it touches is {edge_over_patch:.2g} of the patch's radius: refine "
-            "the mesh, first there (solver.fem.tip_size)"
+            "the mesh, there first (solver.fem.tip_size)"
         )
     return (line,)
 
@@ -228,9 +228,9 @@ def flutter(
         return ()
     time_s = RELAXATION_SHARE * patch / material.bar_speed
     return (
-        "an elastic tip that slides flutters, and meshes as fine come to no limit: of 74 fingers "
-        "the peak or the impulse of 20 was more than 1 % off, by up to 11 %; set "
-        f"material.relaxation_time = {time_s:.2g}, as runs that are held to an accuracy do",
+        "a sliding elastic tip flutters, and meshes this fine do not converge: of 74 fingers 20 "
+        "had a peak or an impulse more than 1 % off, by up to 11 %; set "
+        f"material.relaxation_time = {time_s:.2g}, as runs that are given an accuracy do",
     )
 
 

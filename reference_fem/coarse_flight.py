@@ -102,7 +102,7 @@ def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
         _at_hinges(flight, flight.points), _at_hinges(run, run.points)
     ):
         raise ValueError(
-            "flight_mesh: is another finger than the run's mesh; give one of the same phalanges "
+            "flight_mesh: is not the finger of the run's mesh; give one of the same phalanges "
             "and symmetry, with longer edges"
         )
     rows, columns, even, odd = [], [], [], []
@@ -145,7 +145,7 @@ def moving_least_squares(nodes: Array, places: Array, reach: float) -> tuple[Ind
     moments = np.swapaxes(weighted, 1, 2) @ basis
     if not (np.linalg.cond(moments) < LARGEST_CONDITION).all():
         raise ValueError(
-            "flight_mesh: a phalanx has too few nodes to take its bending over from; give at least "
+            "flight_mesh: a phalanx has too few nodes to transfer its bending; give at least "
             "two elements along each of its directions (shorter solver.fem.flight_size)"
         )
     first = np.linalg.solve(moments, np.eye(moments.shape[1])[:, :1])

@@ -48,10 +48,10 @@ Again = Callable[[meshes.FingerMesh, ChainState], TapResult]
 VELOCITY = "tip_velocity_at_contact_m_per_s"
 
 ELSEWHERE = (
-    "the round end's own flight comes to another touch: it grazes the surface, or magnifies small "
-    "differences, so that no mesh tells which touch is the first: start nearer to it ([start])"
+    "the round end's own flight leads to a different first touch: it grazes the surface, or "
+    "magnifies small differences, so no mesh can tell which comes first: start nearer ([start])"
 )
-RINGS = "what bends, stretches and rings on the way changes the tap by {}: {}"
+RINGS = "bending, stretching and vibration in flight change the tap by {}: {}"
 REMEDY = {
     "rigid": "let the elements fly (solver.fem.flight = 'coarse', or 'explicit'), or start nearer",
     "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",

@@ -15,8 +15,8 @@ from reference_fem.result import TapResult
 from reference_fem.summary import summarize
 
 LATER = (
-    "it comes down again so soon that it is open whether the next touch belongs to the first tap: "
-    "go on through it (solver.fem.end_time) and look at the forces"
+    "the tip returns so soon that the next touch may belong to the first tap: run on through it "
+    "(solver.fem.end_time) and look at the forces"
 )
 # One next touch was predicted a quarter too late, from a contact that was a third too short.
 NEARLY = 2.0
@@ -41,9 +41,8 @@ def other_ends(run: TapResult, model: Model) -> tuple[dict[str, float], tuple[st
         for name in STIFFNESS_EXPONENTS:
             errors[name] = abs(_number(run.summary, name) - _number(part, name))
         doubts.append(
-            f"it hardly touches for a while after {1e6 * (sooner - start):.4g} us: it is open if "
-            f"the first tap is over then or, as here, after {1e6 * lasts:.4g} us; look at the "
-            "forces"
+            f"contact nearly ceases for a while after {1e6 * (sooner - start):.4g} us: the first "
+            f"tap may end then or, as here, after {1e6 * lasts:.4g} us; look at the forces"
         )
     later = (forces.time_s > start + lasts + 0.5 * run.summary.time_step_s) & (
         forces.normal_force_N > 0.0

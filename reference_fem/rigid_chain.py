@@ -164,7 +164,7 @@ def chain_and_start(
     if not (np.isfinite([*angles, *rates]).all() and 0.0 <= start.time_s < math.inf):
         raise ValueError(
             f"start: angles {angles}, rates {rates}, time_s = {start.time_s!r}: must be finite "
-            "numbers, the time none below 0"
+            "numbers, the time not below 0"
         )
     return chain, ChainState(angles, rates, float(start.time_s))
 

@@ -88,8 +88,8 @@ class TorqueTable:
             raise ValueError(f"torques.values = {self.values!r}: must be a tuple of tuples")
         if not self.time or len(self.time) != len(self.values):
             raise ValueError(
-                f"torques: {len(self.time)} times and {len(self.values)} rows of values; give as "
-                "many, at least one"
+                f"torques: {len(self.time)} times and {len(self.values)} rows of values; give "
+                "one time per row, at least one"
             )
         known = Bound("N m")
         for torque in (torque for row in self.values for torque in row):
@@ -98,8 +98,8 @@ class TorqueTable:
         steps = np.diff(self.time)
         if (steps < 0).any() or (steps[1:] + steps[:-1] == 0).any():
             raise ValueError(
-                f"torques.time = {list(self.time)}: must rise; two equal times are a jump, three "
-                "are none"
+                f"torques.time = {list(self.time)}: must rise; two times may be equal (a "
+                "jump), not three"
             )
 
 

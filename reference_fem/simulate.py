@@ -133,7 +133,7 @@ def _solve(
             try:
                 check_archive(model, archive, coarse)
             except ValueError as error:
-                raise file.refused(f"is none of this run: {error}") from error
+                raise file.refused(f"does not fit this run: {error}") from error
             recorder = Recorder(settings)
             recorder.restore(archive)
             result = explicit_tap(model, settings, unpack(archive), reporting, recorder, coarse)

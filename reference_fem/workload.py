@@ -33,7 +33,7 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
     steps = (end - start_s) / model.step_s
     if steps > settings.max_steps:
         raise ValueError(
-            f"{key}: asks for {math.ceil(steps):.3g} steps of {model.step_s:.3g} s, some "
+            f"{key}: asks for {math.ceil(steps):.3g} steps of {model.step_s:.3g} s, about "
             f"{duration(steps * len(model.cells) / UPDATES_PER_S)} with {len(model.cells)} "
             f"elements; above solver.fem.max_steps = {settings.max_steps}: {remedy} or raise that"
         )

@@ -12,7 +12,7 @@ import cyclopts
 
 from validation.errors import OutsideToleranceError, RunFailedError, UserError, file_reason
 
-KEPT = "files that were finished are kept"
+KEPT = "finished files are kept"
 GARBAGE_AFTER = 100_000  # new containers between two looks for garbage
 
 app = cyclopts.App(
@@ -39,21 +39,21 @@ COMMANDS = {  # by name: the function below `validation` that each calls, and wh
     "study": ("studies.assumptions.study_command:study",
         "Say what each assumption is worth over many fingers, and how often the model is right."),
     "converge": ("converge.command:run_converge",
-        "Refine mesh, penalty and step of the reference, each alone; state its error bar.\n\n"
-        "All runs start from one impact state. Runs are kept: a study that was stopped goes on."),
+        "Refine mesh, penalty and step of the reference one by one; state its error bar.\n\n"
+        "All runs start from one impact state. Runs are kept: a stopped study goes on."),
     "evidence": ("studies.evidence.command:evidence",
-        "Set others' numbers, computed or measured, beside ours, element to tap; judge each."),
+        "Compare numbers computed or measured by others with ours, element to tap; judge each."),
     "bench": ("studies.bench.command:bench",
-        "Measure time against error; with --skips what each shortcut saves; with --peers others."),
+        "Measure time against error; --skips: what each shortcut saves; --peers: other codes."),
     "stress": ("studies.stress.command:run_stress",
         "Map where the models are right, refuse, or stop; no cell may be silently wrong.\n\n"
-        "Finished cells are kept: a campaign that was stopped goes on."),
+        "Finished cells are kept: a stopped campaign goes on."),
     "calibrate": ("studies.calibration.command:calibrate",
-        "Solve random scenes tightly too: are the errors that runs state those that they have?\n\n"
-        "Finished scenes are kept: a campaign that was stopped goes on."),
+        "Solve random scenes tightly too: do the errors that runs state match the true ones?\n\n"
+        "Finished scenes are kept: a stopped campaign goes on."),
     "sweep": ("sweep.command:run_sweep",
         "Solve many scenes by models: a dataset, a page; here or on a Dask cluster.\n\n"
-        "Finished runs are kept: a sweep that was stopped goes on."),
+        "Finished runs are kept: a stopped sweep goes on."),
 }  # fmt: skip
 IDENTIFY = {
     "contact": ("identify.contact_command:run_identify_contact",
@@ -95,7 +95,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
-        say_error(f"{file_reason(error)}; {KEPT}: when that is mended, the same command goes on")
+        say_error(f"{file_reason(error)}; {KEPT}: when that is fixed, the same command goes on")
         sys.exit(RunFailedError.exit_code)
     except MemoryError:
         say_error(f"out of memory; {KEPT}: use a smaller scene or a larger limit")

@@ -141,14 +141,14 @@ def beyond_checks(
             )
         if strain > LARGEST_STRAIN or last.length < SHORTEST * last.diameter:
             found.append(
-                f"the stress at R is a beam's, and the reference's may be more than 5 % off: strain"
+                f"the stress at R is a beam's and may be more than 5 % off the reference's: strain"
                 f" {100 * strain:.2g} % (checked to {100 * LARGEST_STRAIN:g}), a last phalanx of"
                 f" {last.length / last.diameter:.2g} diameters (from {SHORTEST:g} on)"
             )
         if patch > math.sin(angle):
             found.append(
                 f"the patch reaches the shaft, which touches at an angle of {degrees:.0f} degrees:"
-                " the tip is no sphere there; lower surface.height for a steeper touch"
+                " the tip is not a sphere there; lower surface.height for a steeper touch"
             )
     return tuple(found)
 

@@ -51,7 +51,7 @@ class LumpedContact:
         check_fields(self)
         if self.hertz_force is not None and self.restitution != 1.0:
             raise ValueError(
-                f"hertz_force = {self.hertz_force}: goes with restitution = 1 alone (it is "
+                f"hertz_force = {self.hertz_force}: needs restitution = 1 (it is "
                 f"{self.restitution})"
             )
 

@@ -53,7 +53,7 @@ def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None = N
     for group, shapes in (("flight", samples), ("window", samples), ("fields", shown)):
         _check(archive, f"{group}.counts", (2,), "i")
         if archive[f"{group}.counts"].min() < 0 or archive[f"{group}.counts"][0] == 0:
-            raise ValueError(f"{group}.counts are no stride and count")
+            raise ValueError(f"{group}.counts are not a stride and a count")
         _check_group(archive, group, shapes)
     for group, shapes in (("last", samples), ("latest", shown), ("peak", shown)):
         _check_group(archive, group, shapes, most=1)
@@ -90,6 +90,6 @@ def _check(
         raise ValueError(f"{name} is missing")
     array = archive[name]
     if array.shape != shape or array.dtype.kind != kind:
-        raise ValueError(f"{name} is {array.dtype}{array.shape} in place of {kind}{shape}")
+        raise ValueError(f"{name} is {array.dtype}{array.shape} instead of {kind}{shape}")
     if finite and kind == "f" and not np.isfinite(array).all():
         raise ValueError(f"{name} is not finite")

@@ -51,7 +51,7 @@ def failure(
             what = "det F fell below 0 in a part of an element that touches"
         return Status.INVERTED_ELEMENT, f"{what} {_where(model, state)}"
     if found is None and state.step >= settings.max_steps:
-        message = f"max_steps = {settings.max_steps} are done {_where(model, state)}"
+        message = f"max_steps = {settings.max_steps} reached {_where(model, state)}"
         found = Status.WORK_LIMIT, message
     return found
 

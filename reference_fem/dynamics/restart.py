@@ -160,12 +160,12 @@ class RestartFile:
             run, checksum = json.loads(str(content.pop(IDENTITY))), str(content.pop(CHECKSUM))
         except Exception as error:  # numpy, zipfile and zlib raise whatever their parsing hits
             reason = " ".join(str(error).split())[:100] or type(error).__name__
-            raise self.refused(f"is truncated or no restart file ({reason})") from error
+            raise self.refused(f"is truncated or not a restart file ({reason})") from error
         if checksum != digest(content):
             raise self.refused("was altered after it was written")
         differing = [name for name in self._run if run.get(name) != self._run[name]]
         if differing:
-            raise self.refused(f"belongs to another run: other {', '.join(differing)}")
+            raise self.refused(f"belongs to another run: different {', '.join(differing)}")
         return content
 
     def refused(self, what: str) -> RestartError:

@@ -133,7 +133,7 @@ def geometries(points: Array, cells: Index, thickness: Array | None = None) -> I
             wrong = np.flatnonzero(~(det > 0.0).all(axis=1)) + start
             raise ValueError(
                 f"{len(wrong)} elements (the first is cell {wrong[0]}) have a Jacobian that is not "
-                "positive: inverted, degenerate or not in VTK's node order; mend the mesh"
+                "positive: inverted, degenerate or not in VTK's node order; fix the mesh"
             )
         inverse = mapping.invDF(reference.points)  # (k reference, i space, n, q)
         gradients = np.empty((len(local), reference.points.shape[1], len(place), dim))

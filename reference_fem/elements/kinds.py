@@ -82,8 +82,8 @@ def hex8_one_point(
     mesh = check_mesh(points, cells, 3)
     if relaxation is not None and relaxation.any():
         raise ValueError(
-            f"relaxation_time = {relaxation.max():g}: one point damps no hourglass modes, part of "
-            "bending: use element = 'hex8-sri', or leave relaxation_time out"
+            f"relaxation_time = {relaxation.max():g}: one point damps no hourglass modes (part of "
+            "bending): use element = 'hex8-sri', or leave relaxation_time out"
         )
     constants = mu, lame = lame_constants(young, poisson)
     volume, corner_volumes, integrals = by_element(

@@ -74,7 +74,7 @@ def tip_compliance(
     if candidates.size < 9:
         raise ValueError(
             f"tip: {candidates.size} surface nodes within {reach:.3g} m of the contact point; "
-            "refine tip_size or press harder"
+            "reduce tip_size or press harder"
         )
     force = np.zeros((3 * len(points), candidates.size, 3))
     for j, node in enumerate(candidates):

@@ -184,7 +184,7 @@ def test_later_taps_are_left_out_and_named() -> None:
     assert peaks[0] == pytest.approx(taps.summary.peak_normal_force_N, rel=1e-3)
     assert peaks.size == 2
     assert later_taps(peaks, peaks) == ()
-    assert "tap 2: there is none in a second run" in later_taps(peaks, peaks[:1])[0]
+    assert "tap 2: a second run has no such tap" in later_taps(peaks, peaks[:1])[0]
     assert later_taps(peaks[:1], peaks) == ()
 
 

@@ -180,7 +180,7 @@ def test_what_was_not_checked_is_said() -> None:
     flat = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.05, 100.0, 6e7, 0.0)
     assert [text[:28] for text in flat] == [
         "the tip's compliance is a cl",
-        "the stress at R is a beam's,",
+        "the stress at R is a beam's ",
         "the patch reaches the shaft,",
     ]
     own = hcm.Tip(1e6, compliance_nn=0.0, compliance_nt=0.0, compliance_tt=0.0)

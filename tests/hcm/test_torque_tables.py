@@ -191,7 +191,7 @@ def test_a_tap_goes_on_across_a_kink() -> None:
         ((1.0, 0.5), ((0.0,), (0.0,)), "must not be before 1.0"),
         ((1.0, 1.0, 1.0), ((0.0,),) * 3, "third equal"),
         ((0.0,), ((math.inf,),), "values = inf"),
-        ((0.0, 1.0), ((0.0, 0.0), ()), "rows of 0 and 2 values: must be as many"),
+        ((0.0, 1.0), ((0.0, 0.0), ()), "rows of 0 and 2 values: each must have one"),
     ],
 )
 def test_impossible_tables_are_refused(

@@ -104,7 +104,9 @@ def test_no_path_is_a_trace(path: str, tmp_path: Path, fingertap: Run) -> None:
 def test_a_pipe_is_no_scene_and_no_mesh(tmp_path: Path, fingertap: Run) -> None:
     """Reading it would wait for a writer for ever."""
     os.mkfifo(tmp_path / "pipe.toml")
-    assert "is no file" in fingertap("run", str(tmp_path / "pipe.toml"), "--model", "hcm").refusal
+    assert (
+        "is not a file" in fingertap("run", str(tmp_path / "pipe.toml"), "--model", "hcm").refusal
+    )
     os.mkfifo(tmp_path / "pipe.vtu")
     tables = load_scene("soft", [f"solver.fem.mesh={tmp_path / 'pipe.vtu'}"]).tables
     assert run_inputs(tables, "fem2d")["mesh_sha256"] == ""

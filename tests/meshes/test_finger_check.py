@@ -36,11 +36,11 @@ def test_our_meshes_are_the_finger(
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"lengths": (0.04, 0.031)}, r"phalanx 2 is 0.03 m long, .* says 0.031"),
-        ({"lengths": (0.03, 0.04)}, r"phalanx 1 is 0.04 m long, .* says 0.03"),
-        ({"diameters": (0.03, 0.012)}, r"phalanx 1 is 0.015 m thick, .* says 0.03"),
-        ({"diameters": (0.015, 0.01201)}, r"phalanx 2 is 0.012 m thick, .* says 0.01201"),
-        ({"lengths": (0.04,), "diameters": (0.015,)}, r"has 2 phalanges, .* says 1"),
+        ({"lengths": (0.04, 0.031)}, r"phalanx 2 is 0.03 m long, .* is 0.031"),
+        ({"lengths": (0.03, 0.04)}, r"phalanx 1 is 0.04 m long, .* is 0.03"),
+        ({"diameters": (0.03, 0.012)}, r"phalanx 1 is 0.015 m thick, .* is 0.03"),
+        ({"diameters": (0.015, 0.01201)}, r"phalanx 2 is 0.012 m thick, .* is 0.01201"),
+        ({"lengths": (0.04,), "diameters": (0.015,)}, r"has 2 phalanges, the finger has 1"),
         ({"tip": "flat"}, r"phalanx 2 has \d+ of \d+ outer facets off .* by up to"),
         ({"shaft_radius": 2e-3}, r"hinge_1_proximal: lacks 0 of the 0 nodes of the hole's edges"),
     ],
@@ -111,7 +111,7 @@ def test_half_model_is_round_and_begins_at_its_plane() -> None:
     mesh = BUILD[3](GEOMETRY, COARSE)
     for scale, lift, message in (
         (0.95, 0.0, "facets off the finger's surface"),
-        (1.0, 1e-3, "phalanx 1 begins at z = 0.001 m, half of the finger at 0"),
+        (1.0, 1e-3, "phalanx 1 begins at z = 0.001 m, a half finger at 0"),
     ):
         with pytest.raises(meshes.MeshError, match=message):
             meshes.check_finger(placed(mesh, (1, 1, scale), (0, 0, lift)), GEOMETRY)

@@ -202,7 +202,7 @@ def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> N
     assert all(np.isinf(error).all() for error in errors.values())
     assert len(errors) == 7
     assert run.mesh_errors == {}
-    assert any("comes to another touch" in text for text in run.cautions)
+    assert any("a different first touch" in text for text in run.cautions)
 
 
 def test_a_run_states_the_errors_of_other_ends_and_of_a_spike(

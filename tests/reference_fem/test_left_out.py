@@ -262,7 +262,7 @@ def test_what_is_left_out_is_in_every_error_and_said(
     longer *= run.summary.contact_duration_s
     assert more("contact_duration_s") == pytest.approx(left * longer, rel=1e-9)
     assert run.mesh_errors == without.mesh_errors
-    said = [text for text in run.cautions if "stretches and rings on the way" in text]
+    said = [text for text in run.cautions if "stretching and vibration in flight" in text]
     assert len(said) == left
     # a coarse flight would have the ringing in a phase of chance
     assert not left or "flight = 'explicit'" in said[0]

@@ -200,7 +200,7 @@ def refusal(path: Path, **changes: Any) -> str:
 def test_truncated_file(left: Path, kept: float) -> None:
     content = left.read_bytes()
     left.write_bytes(content[: int(kept * len(content))])
-    assert "is truncated or no restart file" in refusal(left)
+    assert "is truncated or not a restart file" in refusal(left)
 
 
 def saved(path: Path, **arrays: Any) -> None:
@@ -210,18 +210,18 @@ def saved(path: Path, **arrays: Any) -> None:
 
 def test_every_kind_of_foreign_file(left: Path) -> None:
     left.write_text("not numpy\n")
-    assert "is truncated or no restart file" in refusal(left)
+    assert "is truncated or not a restart file" in refusal(left)
     unpickled = {"identity": np.array([{}], dtype=object), "checksum": np.zeros(1)}
     for arrays in ({"a": np.zeros(3)}, unpickled):
         saved(left, **arrays)
-        assert "is truncated or no restart file" in refusal(left)
+        assert "is truncated or not a restart file" in refusal(left)
 
 
 def test_flipped_bit(left: Path) -> None:
     content = bytearray(left.read_bytes())
     content[len(content) // 2] ^= 1
     left.write_bytes(content)
-    assert "is truncated or no restart file (Bad CRC-32" in refusal(left)
+    assert "is truncated or not a restart file (Bad CRC-32" in refusal(left)
 
 
 def test_altered_number_with_a_whole_archive(left: Path) -> None:
@@ -251,7 +251,7 @@ def test_forged_arrays_with_a_right_checksum(left: Path) -> None:
         checksum = np.array(restart.digest(forged))
         saved(left, identity=content[restart.IDENTITY], checksum=checksum, **forged)
         message = refusal(left)
-        assert "is none of this run: " in message, (name, value)
+        assert "does not fit this run: " in message, (name, value)
         assert name.split(".")[0] in message, (name, value)
 
 
@@ -271,7 +271,7 @@ def test_another_runs_file_is_refused_by_name(left: Path) -> None:
         ("drive", {"drive": rf.Drive(torques=(0.0, 2e-4))}),
         ("settings", {"settings": settings}),
     ):
-        assert f"belongs to another run: other {name};" in refusal(left, **change)
+        assert f"belongs to another run: different {name};" in refusal(left, **change)
     # An explicit number of threads that is the same number is the same run.
     one = dataclasses.replace(SETTINGS, threads=1)
     assert tap(rf.Restart(left, resume=True), settings=one).status is rf.Status.COMPLETED
@@ -279,7 +279,7 @@ def test_another_runs_file_is_refused_by_name(left: Path) -> None:
 
 def test_another_programs_file_is_refused(left: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(numba, "__version__", "0.0")
-    assert "other program" in refusal(left)
+    assert "different program" in refusal(left)
 
 
 def test_a_file_from_other_kernels_of_blas_is_refused(tmp_path: Path) -> None:
@@ -290,7 +290,7 @@ def test_a_file_from_other_kernels_of_blas_is_refused(tmp_path: Path) -> None:
         pytest.skip("this BLAS has one set of kernels")
     path = tmp_path / "restart.npz"
     killed(path, 2, **other)
-    assert "belongs to another run: other processor or BLAS;" in refusal(path)
+    assert "belongs to another run: different processor or BLAS;" in refusal(path)
 
 
 def test_folder_that_cannot_be_written(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def never(_angles: np.ndarray) -> float:
         ([0.1], [0.0], 0.0, "for 2 phalanges"),
         ([0.1, np.nan], [0.0, 0.0], 0.0, "must be finite numbers"),
         ([0.1, 0.2], [0.0, np.inf], 0.0, "must be finite numbers"),
-        ([0.1, 0.2], [0.0, 0.0], -1.0, "time_s = -1.0: .* none below 0"),
+        ([0.1, 0.2], [0.0, 0.0], -1.0, "time_s = -1.0: .* not below 0"),
     ],
 )
 def test_a_start_that_is_none(angles: list, rates: list, time: float, said: str) -> None:

@@ -150,7 +150,7 @@ def test_exit_codes(
         ([*HCM, "--accuracy", "1e-2", "--set", "solver={hcm={accuracy=1e-4}}"], "two accuracies"),
         ([*HCM, "--accuracy", " "], "--accuracy ' ': is empty"),
         (["run", "/", "--model", "hcm"], "scene '/': cannot be read (is a folder); give the path"),
-        (["run", "/dev/null", "--model", "hcm"], "(is no file); give the path"),
+        (["run", "/dev/null", "--model", "hcm"], "(is not a file); give the path"),
         ([*HCM, "--set", "surface.heigth=0.1"], "did you mean surface.height?"),
         ([*HCM, "--set", "material.elements=3"], "did you mean finger.elements?"),
         ([*HCM, "--colour"], "--colour"),

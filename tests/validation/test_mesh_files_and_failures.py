@@ -99,13 +99,13 @@ def all_nodes_in_a_hinge(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
     ("broken", "message"),
     [
         (inverted, r"1 of \d+ elements cannot be used \(1 inverted.*element 7 "),
-        (one_twice, r"[1-6] sides belong to three elements or more; remove elements"),
+        (one_twice, r"[1-6] sides belong to three elements or more; remove duplicate"),
         (without_tip, "missing or empty: node set pole"),
         (
             lambda m: dataclasses.replace(m, points=1e3 * m.points),
-            r"phalanx 1 is 40 m long, .* says 0.04",
+            r"phalanx 1 is 40 m long, .* is 0.04",
         ),
-        (lambda m: dataclasses.replace(m, points=2 * m.points), r"0.08 m long.*says 0.04"),
+        (lambda m: dataclasses.replace(m, points=2 * m.points), r"0.08 m long.*is 0.04"),
         (lambda m: dataclasses.replace(m, points=m.points * [1, 0.5, 0.5]), r"m thick, .* 0.015"),
         (all_nodes_in_a_hinge, "node set hinge_2_proximal: lacks 0 .* and holds"),
     ],
@@ -137,11 +137,11 @@ def test_bad_mesh_files_end_with_one_line(
         ("none.vtu", (), "fem3d", "none.vtu: no such file"),
         ("whole.vtu", (), "fem2d", "is a 3D mesh; use --model fem3d"),
         ("whole.vtu", ("finger.phalanges=2", "drive.gravity=9"), "fem3d",
-         "has 3 phalanges, the finger's number of phalanges says 2"),
+         "has 3 phalanges, the finger has 2"),
         ("whole.vtu", ("solver.fem.halvings=2",), "fem3d",
-         "solver.fem.halvings = 2: has no effect on a mesh that is read"),
+         "solver.fem.halvings = 2: has no effect on a mesh from a file"),
         ("whole.vtu", ("solver.fem.tip_size=1e-3",), "fem3d",
-         "solver.fem.tip_size = 0.001: has no effect on a mesh that is read"),
+         "solver.fem.tip_size = 0.001: has no effect on a mesh from a file"),
     ],
 )  # fmt: skip
 def test_truncated_missing_and_plane_mesh_files(
@@ -164,7 +164,7 @@ def test_step_beyond_stability_is_stopped_and_kept(tmp_path: Path, fingertap: Ru
     assert re.search(r"energy balance is off by .* at step \d+, t = [\d.]+ s, with a step of", line)
     assert line.count("lower solver.fem.step_factor") == 1
     folder = tmp_path / "run" / "soft-fem3d"
-    assert f"what it had is in {folder}" in line
+    assert f"partial results are in {folder}" in line
     assert json.loads((folder / "summary.json").read_text())["status"] == "UNSTABLE"
     with xarray.open_dataset(folder / "history.nc", engine="h5netcdf") as history:
         assert len(history.time) >= 2

@@ -46,7 +46,7 @@ def test_killed_command_resumes_to_the_same_bits(tmp_path: Path, fingertap: Run)
 
     # Another scene does not take it, and leaves it where it is.
     other = fingertap(*SCENE, "--set", "surface.friction=0.4", "--out", out, "--resume")
-    of_another = f"{restart}: the restart file belongs to another run: other surface;"
+    of_another = f"{restart}: the restart file belongs to another run: different surface;"
     assert of_another in other.refusal
     assert restart.read_bytes() == left
 
@@ -70,7 +70,7 @@ def test_damaged_restart_file_is_one_line(tmp_path: Path, fingertap: Run) -> Non
     folder.mkdir(parents=True)
     np.savez(folder / "restart.npz", state=np.zeros(3))
     line = fingertap(*SCENE, "--out", tmp_path, "--resume").refusal
-    assert "restart.npz: the restart file is truncated or no restart file" in line
+    assert "restart.npz: the restart file is truncated or not a restart file" in line
     assert line.endswith("delete it or start without resuming")
 
 

@@ -58,7 +58,7 @@ def difference_lines(
         yield f"  {entry.title:<{WIDTH}}{texts[0]:<26}{texts[1]:<26}{change}".rstrip()
     numbers = table[table.quantity != WALL_TIME]
     if numbers.scene.equals(numbers.changed):
-        yield f"  no number differs: {scene.label} may not read what was changed"
+        yield f"  no number differs: {scene.label} may not use what was changed"
 
 
 def compare(

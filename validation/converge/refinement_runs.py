@@ -35,8 +35,8 @@ class LevelRuns:
         self.scene: NamedScene = load_scene(source, overrides)
         if (read := self.scene.tables.solver.fem.mesh) is not None:
             raise UserError(
-                f"scene {self.scene.name}: solver.fem.mesh = {show(read)}: a mesh that is read has"
-                " no finer one; leave it out"
+                f"scene {self.scene.name}: solver.fem.mesh = {show(read)}: a mesh from a file"
+                " cannot be refined; leave it out"
             )
         try:
             self._start = solid_mesh.impact_state(self.scene.tables, self._dimension)
@@ -44,8 +44,8 @@ class LevelRuns:
             raise UserError(f"scene {self.scene.name}: {error}") from error
         if self._start is None:
             raise RunFailedError(
-                f"scene {self.scene.name}: the surface is not reached: lower surface.height, or see"
-                " that gravity and torques move the tip to it"
+                f"scene {self.scene.name}: the surface is not reached: lower surface.height, or let"
+                " gravity and torques move the tip to it"
             )
         self.patch: float = solid_mesh.predicted_touch(
             self.scene.tables, self._dimension

@@ -37,10 +37,10 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
     """
     path = Path(source)
     if not os.path.isfile(source):
-        raise UserError(f"--reference {source}: is no file; check the path")
+        raise UserError(f"--reference {source}: is not a file; check the path")
     text, sidecar = read_text(path, source, largest=500_000_000), read_sidecar(path)
     if sidecar.scene not in (None, scene.name):
-        raise UserError(f"{source}.toml: scene = {sidecar.scene!r}, and not {scene.name}")
+        raise UserError(f"{source}.toml: scene = {sidecar.scene!r}, not {scene.name}")
     if path.suffix == ".dat" and not DAT.search(text):
         raise UserError(f"{source}: has no contact output; print it by *CONTACT PRINT with CF")
     read = read_solver_output if DAT.search(text) or RCFORC.search(text) else read_table

@@ -37,5 +37,5 @@ def number(text: str, place: str) -> float:
     except ValueError:
         value = np.inf
     if not abs(value) <= LARGEST:
-        raise UserError(f"{place}: {show(text)} is no number of up to {LARGEST:g}")
+        raise UserError(f"{place}: {show(text)} is not a number of up to {LARGEST:g}")
     return value

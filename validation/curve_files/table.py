@@ -26,12 +26,12 @@ def read_table(text: str, origin: str, sidecar: Sidecar) -> Samples:
         the sidecar has keys that are of no use here.
     """
     for key in sidecar.model_fields_set & {"time_unit", "force_unit", "interface", "side"}:
-        raise UserError(f"{origin}.toml: {key} is a solver's output's; a CSV's header has units")
+        raise UserError(f"{origin}.toml: {key} is for solver output; a CSV header has units")
     reader = csv.reader(text.splitlines(), strict=True)
     try:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]
     except csv.Error as error:
-        raise UserError(f"{origin}, line {reader.line_num}: is no CSV: {error}") from error
+        raise UserError(f"{origin}, line {reader.line_num}: is not CSV: {error}") from error
     (_, header), *rows = [row for row in rows if any(row[1]) or len(row[1]) > 1] or [(0, [])]
     if len(header) == 1 and header[0] not in COLUMNS:
         raise UserError(
@@ -63,6 +63,6 @@ def read_table(text: str, origin: str, sidecar: Sidecar) -> Samples:
                 raise UserError(f"{place}: is empty; fill it, or leave the row out")
             table[i, j] = number(cell, place) * FACTORS[COLUMNS[name][1]]
             if "sigma" in name and table[i, j] < 0.0:
-                raise UserError(f"{place}: {cell} is negative; a deviation is not")
+                raise UserError(f"{place}: {cell} is negative; no deviation is")
     columns = dict(zip(names, table.T, strict=True))
     return Samples(np.array([line for line, _ in rows]), columns.pop("time"), columns)

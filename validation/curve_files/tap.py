@@ -57,7 +57,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     if from_trigger or time[tap][0] <= 0.0:
         what, begins = ("record", time[0]) if from_trigger else ("tap", time[tap][0])
         notes.append(
-            f"the {what} begins at {begins:.4g} s and the motion at 0 s, so its arrival says "
+            f"the {what} begins at {begins:.4g} s and the motion at 0 s, so its arrival means "
             f"nothing; state when the motion starts in {beside}: time_offset_s"
         )
         if errors:
@@ -72,11 +72,13 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             "scatter, raise threshold_N)"
         )
     if line.offset:
-        notes.append(f"the zero line lies at {line.zero / body:.2g} N: take it off; errors have it")
+        notes.append(
+            f"the zero line lies at {line.zero / body:.2g} N: subtract it; errors include it"
+        )
     if (raised := excess(normal[tap], line.scatter)) > RAISED * normal[tap].max():
         notes.append(
             f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
-            f"{raised / body:.2g} N: filter them; errors have it"
+            f"{raised / body:.2g} N: filter them; errors include it"
         )
     notes += _intervals(samples, time, tap)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
@@ -118,7 +120,7 @@ def _check_pushes(samples: Samples, normal: Floats, origin: str, sidecar: Sideca
     if pull <= body * sidecar.threshold_N:
         return
     line = zero_line(normal[np.abs(normal) <= pull])
-    remedy = f"take the offset of the zero line off, {line.zero / body:.2g} N"
+    remedy = f"subtract the offset of the zero line, {line.zero / body:.2g} N"
     if not line.offset or line.offset < 0.5 * pull:
         remedy = (
             "for scatter about zero, the force up to which nothing touches, "
@@ -159,7 +161,7 @@ def _first_tap(
         how = f"begins in contact, {normal[0]:.4g} N" if touches[0] else "ends in contact"
         how = how if touches.any() else f"has no normal force above {least:g} N"
         raise UserError(
-            f"{origin}: {how}; give a longer record, take an offset of the zero line off, or state "
+            f"{origin}: {how}; give a longer record, subtract an offset of the zero line, or state "
             f"in {beside} the right normal (it is {sidecar.normal}) and threshold_N"
         )
     tap = slice(first - 1, last + 1)
@@ -168,15 +170,15 @@ def _first_tap(
         raise UserError(
             f"{origin}, line {samples.lines[first]}: touches for {last - first} samples, with "
             f"{highest:.4g} N, before a tap of {normal.max():.4g} N; if that is scatter, state in "
-            f"{beside} threshold_N = {1.5 * highest / body:.2g}, else cut it off"
+            f"{beside} threshold_N = {1.5 * highest / body:.2g}, else remove it"
         )
     return tap, joined, count
 
 
 def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
     """What holds for all samples."""
-    body = "doubled, as half a body's" if sidecar.half_model else "taken as the whole body's"
-    since = f"less {sidecar.time_offset_s:g} s" if sidecar.time_offset_s else "as since the start"
+    body = "doubled from half a body's" if sidecar.half_model else "taken as the whole body's"
+    since = f"less {sidecar.time_offset_s:g} s" if sidecar.time_offset_s else "from the start"
     unsaid = [key for key in ("half_model", "time_offset_s") if key not in sidecar.model_fields_set]
     remedy = f" (else {beside}: {', '.join(unsaid)})" if unsaid else ""
     return f"forces {body}, times {since}{remedy}"
@@ -188,8 +190,8 @@ def _intervals(samples: Samples, time: Floats, tap: slice) -> list[str]:
     if steps.max() > COARSE * np.median(steps):
         where = samples.lines[tap][1 + int(np.argmax(steps))]
         notes.append(
-            f"before line {where} a gap in the tap, {steps.max():.3g} s where the median step is "
-            f"{np.median(steps):.3g} s, bridged by a straight line"
+            f"a gap in the tap before line {where}, {steps.max():.3g} s (the median step is "
+            f"{np.median(steps):.3g} s), bridged by a straight line"
         )
     if steps.size <= FEW:
         notes.append(f"the tap has {steps.size - 1} samples, its peak lies between two of them")

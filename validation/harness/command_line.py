@@ -29,7 +29,7 @@ AsJson = Annotated[
 
 _ACCURACY = (
     "Largest relative error wanted in peak force, impulse, duration and arrival, against the same "
-    "model's converged answer: what --set and the scene do not state follows from it. By default "
-    "1e-3 for hcm, 1e-2 for solids; none: fixed settings."
+    "model's converged answer: settings that --set and the scene leave out follow from it. By "
+    "default 1e-3 for hcm, 1e-2 for solids; none: fixed settings."
 )
 Accuracy = Annotated[str | None, Parameter(help=_ACCURACY)]

@@ -60,8 +60,8 @@ def _locked(path: Path) -> TextIO:
         except (BlockingIOError, PermissionError):
             file.close()
             raise UserError(
-                f"{path.parent}: another command is writing its results there; wait for its end, or"
-                " give another --out"
+                f"{path.parent}: another command is writing its results there; wait for it to end,"
+                " or give another --out"
             ) from None
         except OSError:  # a file system without locks
             pass

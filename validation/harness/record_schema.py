@@ -121,11 +121,11 @@ def check_arrays(arrays: Mapping[str, NDArray[Any]], needed: tuple[str, ...]) ->
         return
     for name in needed:
         if name not in arrays or arrays[name].ndim != 1:
-            raise ValueError(f"{name} is missing or has no single axis")
+            raise ValueError(f"{name} is missing or not one-dimensional")
     time = arrays["time_s"]
     for name, array in arrays.items():
         if not name.isidentifier():
-            raise ValueError(f"{name!r} is no name of an array")
+            raise ValueError(f"{name!r} does not name an array")
         if array.dtype.kind not in "biuf" or array.ndim == 0 or len(array) != len(time):
             raise ValueError(f"{name} is not {len(time)} rows of numbers")
     steps = np.diff(time.astype(float))

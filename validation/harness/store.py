@@ -201,7 +201,7 @@ def _digests(folder: Path) -> dict[str, str]:
     for path in sorted(folder.rglob("*")):
         name = path.relative_to(folder).as_posix()
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
-            raise DamagedError(f"{name} is a link or no file")
+            raise DamagedError(f"{name} is a link or not a file")
         if path.is_file() and name != MANIFEST:
             with path.open("rb") as file:
                 found[name] = hashlib.file_digest(file, "sha256").hexdigest()

@@ -174,7 +174,7 @@ def _fields_of(entry: Path) -> Path:
     paths = list(folder.iterdir()) if folder.exists() else []
     wanted = {"tap.pvd", *(f"tap_{number:03d}.vtu" for number in range(len(paths) - 1))}
     if paths and not ({p.name for p in paths} == wanted and all(p.is_file() for p in paths)):
-        raise ValueError(f"{FIELDS} holds {len(paths)} files that are no index and its steps")
+        raise ValueError(f"{FIELDS} holds {len(paths)} files, not an index and its steps")
     return folder
 
 

@@ -56,7 +56,7 @@ def adapter(name: str, option: str = "--model") -> Adapter:
     missing = [member for member in MEMBERS if not hasattr(found, member)]
     if missing or found.name != name:
         what = f"lacks {', '.join(missing)}" if missing else f"calls itself {found.name!r}"
-        raise RunFailedError(f"model {name} ({entry_point.value}): is no adapter: it {what}")
+        raise RunFailedError(f"model {name} ({entry_point.value}): is not an adapter: it {what}")
     model: Adapter = found
     return model
 

@@ -120,7 +120,7 @@ def other_than_stated(curves: Curves, own: Mapping[str, float]) -> list[str]:
         scale = own["contact_duration_s"] if key in TIMES else abs(value)
         # a NaN compares false
         if not abs(stated - value) <= APART * scale + (error or 0.0):
-            lines.append(f"scalars.{key} = {stated:.4g} counts, and the curves have {value:.4g}")
+            lines.append(f"scalars.{key} = {stated:.4g} is used, but the curves give {value:.4g}")
     return lines
 
 

@@ -31,8 +31,8 @@ WARM_UP = (  # run once for each law that a preset uses
     "solver.fem.tip_size=5e-3",
 )
 RETURNS = (
-    "tip.restitution = {:g} is the reduced model's alone: elements give back what they store, but"
-    " for material.relaxation_time"
+    "tip.restitution = {:g} is for the reduced model alone: elements lose energy only by"
+    " material.relaxation_time"
 )
 
 

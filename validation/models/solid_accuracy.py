@@ -93,9 +93,9 @@ def solved_within(
     kept = max(0, len(runs) - (2 if expected[-1] is None else 1))
     if not runs[-1].record.ok:
         finer = FINER_ENDS.format(runs[-1].record.status.lower().replace("_", " "))
-    reason = "of the mesh, which states more than it leaves"
+    reason = "for the mesh, whose estimate exceeds its error"
     if len(runs) > 1:
-        reason = f"solved {len(runs)} times: {expected[0]:.2g} was expected of the first run"
+        reason = f"solved {len(runs)} times: the first run's estimate was {expected[0]:.2g}"
     tried = {"setting": "accuracy", "value": shown(targets[kept]), "reason": reason}
     time = sum(run.record.summary["wall_time_s"] for run in runs)
     record = runs[kept].record.with_summary(wall_time_s=time)
@@ -174,28 +174,28 @@ def accuracy_record(
         return {}
     expected = largest_share(record.errors, record)
     settings, materials = solved
-    flown = (settings.flight, "skipped: what bends and rings on the way is in the errors")
+    flown = (settings.flight, "skipped: bending and vibration in flight are in the errors")
     if sizing is None:
         found = {"mesh": (fem.mesh, ""), "flight": flown}
     else:
-        shafts = "the errors that shafts leave go with its square"
+        shafts = "the error in the shafts goes with its square"
         found = {
             "tip_size": (sizing.tip_size, "a share of the predicted patch, to the power 3/2"),
             "section_size": (sizing.section_size, shafts),
             "axial_size": (sizing.axial_size, shafts),
-            "growth": (sizing.growth, "of the edges behind the patch"),
+            "growth": (sizing.growth, "edge growth behind the patch"),
             "halvings": (
                 0 if sizing.lies else sizing.halvings,
                 "skipped: fine edges away from where it touches",
             ),
-            "contact": (settings.contact, "no penetration to be resolved, no penalty to be chosen"),
+            "contact": (settings.contact, "no penetration to resolve, no penalty to choose"),
             "flight": flown,
         }
     if settings.element is not None:
         found["element"] = (settings.element, "skipped: seven of eight points, 1 % of a tap")
     relaxes = max(m.relaxation_time for m in materials)
     if relaxes != 0.0:
-        friction = "a tip that slides flutters without: finer meshes would come to no limit"
+        friction = "a sliding tip flutters without it: finer meshes would not converge"
         found["relaxation_time"] = (relaxes, friction)
     stated = fem.stated(meshes.Sizing) | fem.stated(reference_fem.Settings)
     stated |= dict.fromkeys((*tables.material.model_fields_set, "mesh"))

@@ -164,8 +164,8 @@ def sizes_of(tables: Scene) -> Any:
         return None
     if fem.preset != "contact":
         raise ValueError(
-            f"solver.fem.preset = {fem.preset!r}: decides what solver.accuracy = {accuracy:g} is "
-            "to; leave one of them out"
+            f"solver.fem.preset = {fem.preset!r}: sets what solver.accuracy = {accuracy:g} would "
+            "choose; leave one of them out"
         )
     return reference_fem.sizes_for(accuracy, tables.surface.friction)
 

@@ -233,7 +233,7 @@ def tap(
     quantities = _quantities(contact, time, force, located)
     tap_rows = time <= quantities.duration_s  # beyond it the linear terms pull the tip back
     if (np.diff(rows[tap_rows, 1]) < 0.0).any():
-        raise PeerFailedError("the tip turns back while it touches, which this peer does not carry")
+        raise PeerFailedError("the tip turns back while it touches, which this peer cannot model")
     ends = contact - contact_step, contact + quantities.duration_s
     return PeerTap(
         quantities,

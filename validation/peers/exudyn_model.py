@@ -39,7 +39,7 @@ def refusal(scene: NamedScene) -> str:
         ("surface.friction > 0", tables.surface.friction > 0.0, True),
     ):
         if value != needed:
-            taken = "undriven, elastic, sliding taps from rest alone"
+            taken = "only undriven, elastic, sliding taps from rest"
             return f"exudyn takes {taken}: {key}; use --model hcm"
     return ""
 

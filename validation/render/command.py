@@ -35,7 +35,7 @@ def render(
     model
         The model to run a scene with: fem3d (default) or fem2d.
     interactive
-        Write a page as well, to turn and step through (the extra interactive).
+        Also write a page to rotate and step through (the extra interactive).
     out
         Folder for render/NAME-WHAT.png, .gif and .html, and for run/SCENE-MODEL/ of a scene.
     """

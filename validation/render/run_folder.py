@@ -84,7 +84,7 @@ def read_curves(folder: Path) -> tuple[str, Any]:
 def _damaged(folder: Path, part: str, error: Exception) -> UserError:
     why = " ".join(str(error).split())[:100]
     return UserError(
-        f"render {folder}: {part} is damaged or no run's ({type(error).__name__}: {why}); "
+        f"render {folder}: {part} is damaged or not a run's ({type(error).__name__}: {why}); "
         "make the run again with fingertap run, or give its scene"
     )
 
@@ -104,7 +104,7 @@ def read_steps(folder: Path) -> list[tuple[float, Path]]:
             raise ValueError(f"tap.pvd: file {name!r} is not there")
         steps.append((_finite(float(entry.attrib["timestep"])), folder / name))
     if not steps:
-        raise ValueError("tap.pvd: lists no file")
+        raise ValueError("tap.pvd: lists no files")
     return steps
 
 
@@ -113,7 +113,7 @@ def _finite(number: Any) -> float:
     if number is None:
         return 0.0
     if isinstance(number, bool) or not isinstance(number, int | float):
-        raise TypeError(f"{str(number)[:40]!r} is no number")
+        raise TypeError(f"{str(number)[:40]!r} is not a number")
     if not math.isfinite(number):
         raise ValueError(f"{number} is not finite")
     return float(number)
@@ -144,6 +144,6 @@ def check_fields(path: Path, mesh: Any) -> None:
     ]
     if lacking or not np.isfinite(mesh.points).all():
         raise UserError(
-            f"{path}: is damaged or no step of a run: {', '.join(lacking) or 'points'} are "
+            f"{path}: is damaged or not a step of a run: {', '.join(lacking) or 'points'} are "
             "missing, of another shape, or not finite; make the run again with fingertap run"
         )

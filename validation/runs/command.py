@@ -137,7 +137,7 @@ def _failure(kept: Kept, folder: Path, going_on: str) -> str:
     if record.ok:
         return ""
     further = record.status == "INTERRUPTED" and going_on
-    return f"{record.message or record.status}; what it had is in {folder}" + (
+    return f"{record.message or record.status}; partial results are in {folder}" + (
         f"; the same command {going_on}" if further else ""
     )
 

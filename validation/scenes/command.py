@@ -28,7 +28,7 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
     Parameters
     ----------
     path
-        File to write, NAME.toml; one that is there already is left as it is.
+        File to write, NAME.toml; an existing file is not overwritten.
     like
         The scene whose values it takes: a built-in one or a TOML file.
     """
@@ -41,7 +41,7 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
         with path.open("x", encoding="utf-8"):
             pass
     except FileExistsError as error:
-        raise UserError(f"{path}: is there already; give another name or remove it") from error
+        raise UserError(f"{path}: already exists; give another name or remove it") from error
     except (OSError, ValueError) as error:
         raise UserError(
             f"{show(str(path))}: cannot be written ({reason(error)}); check the path"

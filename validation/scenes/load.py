@@ -64,7 +64,7 @@ def read_document(source: str) -> tuple[str, dict[str, Any]]:
     if not os.path.isfile(path):
         why, remedy = "No such file or directory", "check the path"
         if there:
-            why = "is a folder" if os.path.isdir(path) else "is no file"
+            why = "is a folder" if os.path.isdir(path) else "is not a file"
             remedy = "give the path of a TOML file"
         raise UserError(f"scene {show(source)}: cannot be read ({why}); {remedy}")
     return scene_name(source), read_toml(path, f"scene {source}")
@@ -106,7 +106,7 @@ def parse_value(text: str, origin: str) -> Any:
     except (ValueError, RecursionError) as error:  # TOML's own error is a ValueError
         if text.strip()[:1] in ("[", "{"):
             raise UserError(
-                f"{origin} = {show(text)}: is no list or table of TOML's: write numbers as 0.5, "
+                f"{origin} = {show(text)}: is not a TOML list or table: write numbers as 0.5, "
                 "texts in quotes, and close all brackets"
             ) from error
         return float(text) if BARE_POINT.fullmatch(text.strip()) else text

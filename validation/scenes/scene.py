@@ -146,7 +146,7 @@ class Scene(Table):
             raise refuse(
                 "surface.height",
                 self.surface.height,
-                f"must be > {lowest:g}: at the start the finger reaches as low, and the surface "
+                f"must be > {lowest:g}: at the start the finger reaches this low, and the surface "
                 "would cut it",
             )
         if self.surface.height >= self.total_length:

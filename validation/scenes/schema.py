@@ -26,7 +26,7 @@ def scene_schema() -> dict[str, Any]:
     """
     schema = Scene.model_json_schema()
     tables = schema["$defs"]
-    tables[SolverTable.__name__]["description"] = "What each solver is told; all of it optional."
+    tables[SolverTable.__name__]["description"] = "Settings of each solver; all are optional."
     solver = tables[SolverTable.__name__]["properties"]
     for name, table in SOLVER_TABLES.items():
         solver_schema = table().model_json_schema()
@@ -49,7 +49,7 @@ def _describe(properties: dict[str, Any], settings: type) -> None:
             continue
         words = [texts.get(field.name, ""), entry.pop("description", "")]
         if field.name in BY_PRESET:
-            words.append("Left out: the preset's.")
+            words.append("By default the preset's.")
         elif isinstance(field.default, bool | int | float | str):
             entry["default"] = field.default
         entry["description"] = _sentence(*words)
@@ -95,8 +95,8 @@ def scene_text(values: dict[str, Any]) -> str:
     schema = scene_schema()
     head = (
         "A scene for fingertap, in SI units. A number of finger or material may be a list with one "
-        "number per phalanx. A line that starts with # is a key's default, or an example; what "
-        "each means for an editor: fingertap schema > scene.schema.json."
+        "number per phalanx. A line that starts with # is a key's default, or an example; "
+        "explanations for an editor: fingertap schema > scene.schema.json."
     )
     return "\n".join([*_comment(head), *_table("", schema, schema["$defs"], values), ""])
 

@@ -105,7 +105,7 @@ class FemMeshTable(AccuracyTable):
             value = getattr(self, key)
             if self.mesh is not None and value is not None:
                 key = f"solver.fem.{key}"
-                text = "has no effect on a mesh that is read: leave it or solver.fem.mesh out"
+                text = "has no effect on a mesh from a file: leave it or solver.fem.mesh out"
                 raise refuse(key, value, text)
         return self
 

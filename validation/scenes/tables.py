@@ -152,7 +152,10 @@ class TorqueTable(Table):
     def _rows_at_rising_times(self) -> Self:
         key = "drive.torques.time"
         if len(self.time) != len(self.values):
-            text = f"has {len(self.time)} times for {len(self.values)} rows of values; give as many"
+            text = (
+                f"has {len(self.time)} times for {len(self.values)} rows of values; give one time"
+                " per row"
+            )
             raise refuse(key, list(self.time), text)
         if len(self.time) > MAX_TIMES:
             text = f"has {len(self.time)} times: at most {MAX_TIMES} are allowed; leave some out"

@@ -69,7 +69,7 @@ def check_apart(keys: Iterable[str], origin: str) -> None:
     seen: list[str] = []
     for key in keys:
         if other := clash(key, seen):
-            raise UserError(f"{origin}{key}: {other} gives it a value too; leave one of both out")
+            raise UserError(f"{origin}{key}: {other} gives it a value too; leave one out")
         seen.append(key)
 
 
@@ -92,7 +92,7 @@ def check_axis(key: str, axis: Axis, origin: str) -> None:
         )
     way = next(way for way, given in zip(WAYS, ways, strict=True) if given)
     for name in axis.model_fields_set - WAYS[way]:
-        raise UserError(f"{origin}.{name}: has no meaning beside {way}; leave it out")
+        raise UserError(f"{origin}.{name}: has no meaning with {way}; leave it out")
     if axis.values is not None:
         if not axis.values:
             raise UserError(f"{origin}.values = []: must hold at least one value")
@@ -101,7 +101,9 @@ def check_axis(key: str, axis: Axis, origin: str) -> None:
         return
     quantity = scene_number_of(key)
     if quantity is None or quantity.only_list or quantity.integer:
-        raise UserError(f"{origin}: is no continuous number; give its values as a list, values =")
+        raise UserError(
+            f"{origin}: is not a continuous number; give its values as a list, values ="
+        )
     if axis.distribution is not None:
         frozen(axis, origin)
         return

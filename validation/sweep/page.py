@@ -221,7 +221,7 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
                 list(worst(plan, points, data, pair)))  # fmt: skip
     if columns:
         left = ", ".join(list(columns)[MOST_MAPPED:])
-        notes = (f"Not drawn, as the first {MOST_MAPPED} variables are: {left}.",) * bool(left)
+        notes = (f"Only the first {MOST_MAPPED} variables are drawn, not {left}.",) * bool(left)
         maps = [folder / f"map-{number}.png" for number in range(len(found))]
         for path, output in zip(maps, found, strict=True):
             draw_map(path, columns, output)

@@ -138,7 +138,7 @@ def read_plan(path: Path) -> Plan:
 def _check_not_varied(key: str, vary: Mapping[str, Axis], origin: str) -> None:
     if other := clash(key, vary):
         part = "" if other == key else f", by vary.{other}"
-        raise UserError(f"{origin} is varied too{part}; leave one of both out")
+        raise UserError(f"{origin} is varied too{part}; leave one out")
 
 
 def _one_line(error: ValidationError) -> str:
@@ -170,7 +170,7 @@ def _check_points(given: _Plan, origin: str) -> None:
     elif points.kind != "grid" and points.number is None:
         raise UserError(f"{origin}: points.number is missing: say how many points")
     if points.kind != "file" and "columns" in points.model_fields_set:
-        raise UserError(f"{origin}: points.columns: are a file's; write kind = 'file' beside it")
+        raise UserError(f"{origin}: points.columns: are for a file; write kind = 'file' beside it")
     if points.kind in ("grid", "file") and points.number is not None:
         raise UserError(
             f"{origin}: points.number = {points.number}: follows from the"
@@ -178,12 +178,12 @@ def _check_points(given: _Plan, origin: str) -> None:
         )
     counted = [key for key, axis in given.vary.items() if "count" in axis.model_fields_set]
     if points.kind != "grid" and counted:
-        raise UserError(f"{origin}: vary.{counted[0]}.count: is a grid's; leave it out")
+        raise UserError(f"{origin}: vary.{counted[0]}.count: is for a grid; leave it out")
 
 
 def _solvers(given: _Plan, origin: str) -> tuple[Solver, ...]:
     if not given.models:
-        raise UserError(f"{origin}: models = []: name one at least, for example hcm")
+        raise UserError(f"{origin}: models = []: name at least one, for example hcm")
     try:
         solvers = tuple(
             Solver.model_validate({"model": m} if isinstance(m, str) else m) for m in given.models
@@ -204,5 +204,5 @@ def _solvers(given: _Plan, origin: str) -> tuple[Solver, ...]:
     labels = [solver.label for solver in solvers]
     for label in labels:
         if labels.count(label) > 1:
-            raise UserError(f"{origin}: models: {label!r} is there twice; give each a variant")
+            raise UserError(f"{origin}: models: {label!r} appears twice; give each a variant")
     return solvers

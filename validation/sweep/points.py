@@ -113,7 +113,7 @@ def _from_file(plan: Plan) -> PointTable:
         reader = csv.reader(io.StringIO(content), skipinitialspace=True)
         lines = [(reader.line_num, row) for row in reader if row]
     except csv.Error as error:
-        raise UserError(f"{origin}: is no CSV: {error}") from error
+        raise UserError(f"{origin}: is not CSV: {error}") from error
     names = [name.strip() for name in lines[0][1]] if lines else []
     wanted = plan.points.columns or names
     settled = [*map(key_of, plan.common), *(key for s in plan.solvers for key in s.set)]
@@ -122,7 +122,7 @@ def _from_file(plan: Plan) -> PointTable:
             has = ", ".join(names) or "none"
             raise UserError(f"{origin}: column {name!r} is missing: it has {has}")
         if names.count(name) > 1:
-            raise UserError(f"{origin}: column {name!r} is there twice; leave one out")
+            raise UserError(f"{origin}: column {name!r} appears twice; leave one out")
         check_key(name, f"{origin}: column {name!r}")
         if other := clash(name, settled):
             part = "" if other == name else f", by {other}"

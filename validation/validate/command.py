@@ -100,8 +100,8 @@ def run_validation(
         reduced model with the paper's assumptions and with the refined ones.
     reference
         The model that they are compared with, or a file of its curves for each scene: CSV,
-        LS-DYNA's rcforc, CalculiX's .dat. With hcm and fem3d, the default, the whole of the paper's
-        comparison is made; with another reference, the models alone are run.
+        LS-DYNA's rcforc, CalculiX's .dat. With hcm and fem3d, the default, the paper's whole
+        comparison is made; with another reference, only the models are run.
     tolerance
         Largest differences in percent, peak=5,impulse=3: a difference beyond its tolerance, or one
         that is too uncertain to tell, ends with exit code 3. Further names: duration, arrival,
@@ -112,7 +112,7 @@ def run_validation(
     ladder
         Compare with the converged reference on the ladder's third rung: minutes longer.
     interactive
-        Draw fields and curves also as pages to turn and step through (the extra interactive).
+        Also draw fields and curves as pages to rotate and step through (the extra interactive).
     """
     check_interactive(interactive)
     plan = plan_of(scenes, models, reference, tolerance)

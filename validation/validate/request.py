@@ -96,7 +96,7 @@ def read_tolerances(text: str) -> Mapping[str, float]:
             known = ", ".join((*TOLERANCE_NAMES, *KEYS))
             raise UserError(f"--tolerance {show(part)}: unknown quantity; known are {known}")
         if key in found:
-            raise UserError(f"--tolerance {show(text)}: {key} is there twice; leave one out")
+            raise UserError(f"--tolerance {show(text)}: {key} appears twice; leave one out")
         try:
             percent = float(number)
         except ValueError:

@@ -187,7 +187,7 @@ def test_a_solid_says_that_it_has_no_restitution(restitution: float, said: bool)
     """Beside the reduced model its energy is another: 10.7 % of an impulse at 0.8."""
     scene = load_scene("soft", (*solid.WARM_UP, f"tip.restitution={restitution}"))
     message = solid.FEM3D.run(scene).record.message
-    assert (f"tip.restitution = {restitution:g} is the reduced model's alone" in message) == said
+    assert (f"tip.restitution = {restitution:g} is for the reduced model alone" in message) == said
 
 
 def test_mesh_sizes_scale_with_the_finger_and_can_be_set() -> None:
@@ -209,7 +209,7 @@ def test_mesh_sizes_scale_with_the_finger_and_can_be_set() -> None:
         (["solver.fem.section_size=1e-6"], "section_size"),
         (["solver.fem.element=tet4"], "tet4"),
         (["solver.accuracy=1e-3"], "accuracy = 0.001: must be 0.002 to 0.1 for finite elements"),
-        (["solver.accuracy=1e-2", "solver.fem.preset=fast"], "preset = 'fast': decides what"),
+        (["solver.accuracy=1e-2", "solver.fem.preset=fast"], "preset = 'fast': sets what"),
     ],
 )
 def test_what_a_solid_model_cannot_take_is_bad_input(overrides: list[str], part: str) -> None:

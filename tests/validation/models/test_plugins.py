@@ -265,11 +265,11 @@ def test_scalars_that_contradict_the_curves_are_said() -> None:
     record = record_of(replace(near, scalars={"peak_normal_force_N": 3.0}), scene, "mine")
     assert record.value("peak_normal_force_N") == 3.0
     assert record.message == (
-        f"scalars.peak_normal_force_N = 3 counts, and the curves have {own:.4g}"
+        f"scalars.peak_normal_force_N = 3 is used, but the curves give {own:.4g}"
     )
     unknown = replace(near, scalars={"peak_normal_force_N": None}, errors={"contact_time_s": None})
     assert record_of(unknown, scene, "mine").message == ""
     nothing = replace(near, scalars={"peak_normal_force_N": math.nan})
-    assert "= nan counts" in record_of(nothing, scene, "mine").message
+    assert "= nan is used" in record_of(nothing, scene, "mine").message
     dragged = replace(half_sine(), tangential_force_N=0.6 * half_sine().normal_force_N)
     assert "reaches 0.6 of normal_force_N" in record_of(dragged, scene, "mine").message

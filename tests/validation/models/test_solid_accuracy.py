@@ -169,7 +169,7 @@ def test_a_solid_that_expects_more_is_solved_again(
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, left)
     assert "accuracy = 0.01\n" in record.provenance["scene_toml"]
     told = record.accuracy["choices"][-1]
-    assert f"{first:.2g} was expected" in told["reason"]
+    assert f"estimate was {first:.2g}" in told["reason"]
     assert float(told["value"]) == pytest.approx(seen[kept], rel=1e-2)
     assert (record.ok, record.message) == (True, caution)
 
@@ -362,5 +362,5 @@ def test_a_finer_mesh_states_no_less_than_what_a_coarser_one_is_off() -> None:
 
 def test_what_is_refused_beside_an_accuracy_is_refused_as_it_was_stated() -> None:
     asked = ["solver.accuracy=0.01", "solver.fem.preset=fast"]
-    with pytest.raises(UserError, match=r"solver.accuracy = 0.01 is"):
+    with pytest.raises(UserError, match=r"solver.accuracy = 0.01 would"):
         solve(load_scene("soft", asked), "fem3d", None)

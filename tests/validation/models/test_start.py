@@ -74,7 +74,7 @@ def test_motion_goes_on_from_a_state_in_mid_flight(model: str, rel: float) -> No
         ("start.rates=true", "must be a number"),
         ("start.rate=1.0", "did you mean start.rates?"),
         ("start=1", "must be a table"),
-        ("start.angles=1.2", "at the start the finger reaches as low"),
+        ("start.angles=1.2", "at the start the finger reaches this low"),
     ],
 )
 def test_bad_start_is_refused(change: str, words: str, fingertap: Run) -> None:

@@ -127,13 +127,13 @@ def test_a_forged_run_is_refused_by_its_file(
     for text in ("", "[]", "3", "[" * 100_000, *texts):
         (run / "summary.json").write_text(text)
         line = fingertap("render", run, "--out", tmp_path / "out").refusal
-        assert f"render {run}: summary.json is damaged or no run's" in line, text[:80]
+        assert f"render {run}: summary.json is damaged or not a run's" in line, text[:80]
         assert line.rstrip().endswith("make the run again with fingertap run, or give its scene")
     plain_run(run)
     for text in INDICES:
         (run / "fields" / "tap.pvd").write_text(text)
         line = fingertap("render", run, "--out", tmp_path / "out").refusal
-        assert f"render {run}: fields/tap.pvd is damaged or no run's" in line, text
+        assert f"render {run}: fields/tap.pvd is damaged or not a run's" in line, text
 
 
 def test_what_a_run_says_of_itself_is_said_where_it_is_drawn(
@@ -163,7 +163,7 @@ def test_forces_are_read_back_from_the_first_touch_and_refused_where_damaged(
     np.testing.assert_array_equal(tangential, history["tangential_force_N"])
     for text in ("time_s\n1.0\n", "time_s,normal_force_N\n1,x\n"):
         (tmp_path / "curves.csv").write_text(text)
-        with pytest.raises(UserError, match=r"curves\.csv is damaged or no run's"):
+        with pytest.raises(UserError, match=r"curves\.csv is damaged or not a run's"):
             read_curves(tmp_path)
 
 
@@ -181,7 +181,7 @@ def test_forged_fields_are_refused_by_their_file(tmp_path: Path) -> None:
     forged = list(tmp_path.iterdir())
     assert len(forged) == 6
     for path in forged:
-        with pytest.raises(UserError, match="is damaged or no step of a run"):
+        with pytest.raises(UserError, match="is damaged or not a step of a run"):
             read_fields(path)
 
 

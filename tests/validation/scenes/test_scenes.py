@@ -97,7 +97,7 @@ def test_set_values_are_toml_or_a_bare_word(text: str, value: object) -> None:
 
 @pytest.mark.parametrize("text", ["[.001, 0]", "{time=[0,.1]}", "[1, 2", "[" * 5000])
 def test_a_list_that_is_none_is_no_bare_word(text: str) -> None:
-    with pytest.raises(UserError, match=r"^--set finger\.length = .*: is no list or table of TOML"):
+    with pytest.raises(UserError, match=r"^--set finger\.length = .*: is not a TOML list or table"):
         load_scene("soft", [f"finger.length={text}"])
 
 

@@ -137,7 +137,7 @@ def test_schema_command_prints_nothing_but_the_schema(
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("there.toml", "is there already"),
+        ("there.toml", "already exists"),
         ("scene.txt", ".toml"),
         ("none/scene.toml", "No such file"),
         ("a\0b.toml", "cannot be written"),

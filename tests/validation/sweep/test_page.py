@@ -96,7 +96,7 @@ def test_the_page_says_what_is_not_drawn_and_why_there_are_no_indices(tmp_path: 
     many = {key: [0.3, 0.31, 0.32, 0.33] for key in (*others, *tip)}
     every = PointTable({**points.columns, **many})
     page = write_report(tmp_path, plan, every, data).read_text()
-    assert "Not drawn, as the first 8 variables are: tip.normal_stiffness." in page
+    assert "Only the first 8 variables are drawn, not tip.normal_stiffness." in page
     assert "None: they need 10 completed points a variable, and numbers that differ." in page
 
 

@@ -88,7 +88,7 @@ def test_unit_slips_are_powers_of_a_thousand(value: float, power: int) -> None:
         (("--reference", ""), "--reference '': unknown"),
         (("--reference", "own"), "--reference own: is a folder"),
         (("driven-1", "--models", "exudyn"), "scene driven-1, model exudyn: exudyn "),
-        (("--tolerance", "peak=5,peak=1"), "is there twice"),
+        (("--tolerance", "peak=5,peak=1"), "appears twice"),
         (("--tolerance", ","), "--tolerance ',': must be NAME=PERCENT"),
         (("--tolerance", "peak=5,"), "--tolerance 'peak=5,': must be NAME=PERCENT"),
         (("--tolerance", "peak"), "must be NAME=PERCENT"),
@@ -248,7 +248,7 @@ def test_numbers_in_another_unit_are_named(make_record: Make) -> None:
         (mine, make_record("soft", "fem3d", "contact", 62.0)), Plan({"soft": "soft"}, ("mine",))
     )
     (note,) = [text for text in unit_notes(runs) if "peak_normal_force_N" in text]
-    assert note.startswith("soft, mine: peak_normal_force_N = 0.06 N is some 0.001 times")
+    assert note.startswith("soft, mine: peak_normal_force_N = 0.06 N is about 0.001 times")
 
 
 @pytest.mark.parametrize(

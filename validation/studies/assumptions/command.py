@@ -68,7 +68,7 @@ def waterfall(
         others = f" and {len(more)} more" * bool(more)
         say(f"caution: {named.name}, {first}{others}: {doubt}")
     if own := sorted(named.tables.solver.hcm.stated(Assumptions)):
-        say(f"caution: solver.hcm: {', '.join(own)} left out: each switch is set here in its turn")
+        say(f"caution: solver.hcm: {', '.join(own)} ignored: this command sets each switch in turn")
 
 
 def _percent(one: Difference) -> str:

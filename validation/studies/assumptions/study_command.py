@@ -142,7 +142,7 @@ def _flight(numbers: Floats, table: pd.DataFrame) -> str:
     both = known(table).to_numpy() & (moved <= bars).all(axis=1)
     return (
         "an elastic flight changes, in the median (90th percentile, most): "
-        f"{', '.join(parts)}; by less than the bars, too, in {both.sum()} of those that keep them"
+        f"{', '.join(parts)}; by less than the bars in {both.sum()} of those that keep them"
     )
 
 
@@ -154,7 +154,7 @@ def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
     shares = ((found[keys] - stored[keys]).abs() / bars).max(axis=1, skipna=False)
     for scene, share in shares.items():
         ended = found.loc[scene, STATUS].lower()
-        output(f"scene {scene}: {ended}, apart by {share:.1e} of the stored errors")
+        output(f"scene {scene}: {ended}, differs by {share:.1e} of the stored errors")
     if changed := [str(scene) for scene, share in shares.items() if not share <= 1.0]:
         raise RunFailedError(f"scenes {', '.join(changed)}: beyond the stored errors")
 

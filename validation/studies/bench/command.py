@@ -149,10 +149,10 @@ def bench(
     quick
         Fewer and cheaper settings: under three minutes.
     skips
-        The ledger of shortcuts instead: time saved and error added by each.
+        Instead, the ledger of shortcuts: time saved and error added by each.
     peers
-        Exudyn beside hcm on its scene, CalculiX, Akantu and Kratos beside the reference on a bar
-        instead (extra bench, apt-get install calculix-ccx); absent peers are named.
+        Instead, Exudyn beside hcm on its scene, CalculiX, Akantu and Kratos beside the reference
+        on a bar (extra bench, apt-get install calculix-ccx); missing programs are named.
     resume
         Reuse the work-precision points that a stopped benchmark has left.
     out

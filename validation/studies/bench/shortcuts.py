@@ -71,7 +71,7 @@ HCM = (
     ),
     Shortcut(
         "5 elements a phalanx instead of 20", "hcm", CHEAP, FINE,
-        "the change holds both meshes' errors of time integration",
+        "the change includes both meshes' errors of time integration",
     ),
     Shortcut(
         "rigid flight", "hcm", ("solver.hcm.flight='rigid'", *CHEAP), CHEAP,

@@ -35,11 +35,11 @@ def calibrate(
     Parameters
     ----------
     model
-        Whose estimates.
+        Model whose estimates are checked.
     scenes
-        How many, 500 by default: falling, driven, tilted, and with three taps, by turns.
+        Number of scenes, 500 by default: falling, driven, tilted, and with three taps in turn.
     first
-        Number of the first of them: others are other scenes.
+        Number of the first scene: another number gives other scenes.
     accuracy
         Solve for this relative error instead of the fixed settings, and count the runs that keep
         it.

@@ -30,8 +30,8 @@ PIECES: tuple[Piece, ...] = tuple(
 def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = False) -> None:
     """Solve what others have solved or measured, element to tap, and judge each number.
 
-    A piece whose program is absent is named with what to install. CalculiX' taps, ten minutes each
-    and more, are shown as they were kept, with date and machine; --fresh runs them too.
+    A piece whose program is missing is named with what to install. CalculiX' taps, ten minutes or
+    more each, are read from stored results, with date and machine; --fresh runs them too.
 
     Parameters
     ----------

@@ -76,8 +76,8 @@ def run_stress(
     only
         The maps of one model, or the random scenes.
     peers
-        Hard cells by SciPy's and Exudyn's means (extra bench) beside hcm, and by CalculiX
-        (apt-get install calculix-ccx) beside the reference instead; absent peers are named.
+        Instead, hard cells by SciPy and Exudyn (extra bench) beside hcm, and by CalculiX
+        (apt-get install calculix-ccx) beside the reference; missing programs are named.
     out
         Folder for stress/full/ (quick/): index.html, a CSV and a figure per map, summary.csv.
     """

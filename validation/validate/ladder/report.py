@@ -36,7 +36,7 @@ TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the 
     "table_3": (COLUMNS_3, "The paper's Table 3"),
     "reference_checks": (
         CHECK_COLUMNS,
-        "What a choice of the reference's changes in the reference itself",
+        "What each choice in the reference changes in its own result",
     ),
     "accuracy_cost": (COST_COLUMNS, "Every model against the best reference run, and its time"),
     "contact_patch": (PATCH_COLUMNS, "Contact patch and pressure at peak force, beside Hertz"),

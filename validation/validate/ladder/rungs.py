@@ -117,13 +117,13 @@ def causes(
     hertz = Contact(found.stiffness_N_per_m, ratio, found.force_N)
     changes = {
         "reduced model, identified k at the tip node": runs.obtain(reduced, scene, linear, impact),
-        "the solid in the beams' place, same spring at its flat end": runs.obtain(
+        "the solid instead of the beams, same spring at its flat end": runs.obtain(
             lumped_solid, scene, linear, impact, EXPERIMENT
         ),
         "that spring at the sphere's lowest point, not at the tip node": runs.obtain(
             lumped_solid, scene, linear, impact, EXPERIMENT, "hemisphere"
         ),
-        "Hertz's law of the same energy in the linear spring's place": runs.obtain(
+        "Hertz's law of the same energy instead of the linear spring": runs.obtain(
             lumped_solid, scene, hertz, impact, EXPERIMENT, "hemisphere"
         ),
         f"the solid's own contact ({reference.variant})": reference,

@@ -299,4 +299,4 @@ def test_numbers_that_no_study_has_are_refused(
 def test_stored_references_are_found_again(fingertap: Run, tmp_path: Path) -> None:
     ended = fingertap("study", "--again", 2, "--workers", 1, "--out", tmp_path)
     assert ended.code == 0
-    assert ended.out.count("apart by") == 2
+    assert ended.out.count("differs by") == 2

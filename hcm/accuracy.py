@@ -23,7 +23,7 @@ from hcm.estimate import (
     REPEATED,
     USABLE_STATUSES,
     caution,
-    compare,
+    companion_errors,
     later_taps,
     relative_errors,
     tap_peaks,
@@ -199,7 +199,7 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
         late = omitted_time(fall.largest / fall.speed, finger, fall.time)
     # not estimated from two runs: `SAFETY`, which multiplies all errors below, does not apply
     omitted = bent / SAFETY, late / SAFETY
-    apart_by = compare(result, coarse, of_stress, left_out, rods, located, *omitted)
+    apart_by = companion_errors(result, coarse, of_stress, left_out, rods, located, *omitted)
     errors: dict[str, float | tuple[float, float]] = {
         name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
         for name, e in apart_by.items()

@@ -136,7 +136,7 @@ def turn_band(own: TapResult, other: TapResult) -> float:
     return math.sqrt(float(np.mean(apart * apart))) / abs(float(slope))
 
 
-def compare(
+def companion_errors(
     own: TapResult, other: TapResult, stress_factor: float = 1.0, omitted_speed_share: float = 0.0,
     rods: bool = False, located: bool = False, omitted_stress: float = 0.0, omitted_s: float = 0.0,
 ) -> dict[str, float | tuple[float, float]]:  # fmt: skip
@@ -284,7 +284,7 @@ def estimate_errors(
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
     lasts = max((own.summary.contact_time_s or 0.0) - float(own.history.time_s[0]), 0.0)
-    errors = compare(
+    errors = companion_errors(
         own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER,
         omitted_stress=bent, omitted_s=omitted_time(left_out, finger, lasts), **how,
     )  # fmt: skip
@@ -292,7 +292,7 @@ def estimate_errors(
         tight = again(finger, rescaled_settings(settings, own, TIGHTER ** (1 / 3), most))
         if tight.status is Status.INTERRUPTED:
             return Estimate({}, (), Status.INTERRUPTED, REPEATED)
-        changes = relative_errors(own.summary, compare(own, tight, **how))
+        changes = relative_errors(own.summary, companion_errors(own, tight, **how))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > CAUTION_ERROR:
             doubt = f"; {TIGHTER:g} times the tolerances change the {TITLES[what]}"

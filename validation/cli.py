@@ -34,7 +34,7 @@ COMMANDS = {  # by name: the function below `validation` that each calls, and wh
         "Print the JSON Schema of a scene: keys, units, bounds, defaults."),
     "paper": ("studies.paper.command:run_paper",
         "Compute every number and figure of the article, and judge each one."),
-    "waterfall": ("studies.assumptions.command:waterfall",
+    "waterfall": ("studies.assumptions.waterfall_command:waterfall",
         "Say what each assumption of the reduced model is worth on a scene."),
     "study": ("studies.assumptions.study_command:study",
         "Say what each assumption is worth over many fingers, and how often the model is right."),

@@ -9,7 +9,7 @@ import hcm
 from hcm.estimate import (
     TITLES,
     between_rows,
-    compare,
+    companion_errors,
     estimate_errors,
     later_taps,
     rival_peaks,
@@ -138,7 +138,7 @@ def test_the_stress_of_more_elements_counts_double(one: hcm.TapResult) -> None:
     history = replace(one.history, stress_R_Pa=0.9 * one.history.stress_R_Pa)
     other, peak = replace(one, history=history), abs(one.summary.peak_stress_R_Pa or 0.0)
     for factor in (1.0, 2.0):
-        stress = compare(one, other, factor)["peak_stress_R_Pa"]
+        stress = companion_errors(one, other, factor)["peak_stress_R_Pa"]
         assert stress == pytest.approx(factor * 0.1 * peak)
 
 

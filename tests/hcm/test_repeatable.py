@@ -6,7 +6,7 @@ import pytest
 
 import hcm
 from hcm.companion import folded, grazes, rescaled_settings
-from hcm.estimate import compare, relative_errors
+from hcm.estimate import companion_errors, relative_errors
 from hcm.workload import check_size, most_steps
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
@@ -93,15 +93,15 @@ def test_the_papers_fingers_stay_stretched(
 
 
 def test_what_changes_is_what_is_uncertain(one: hcm.TapResult) -> None:
-    assert max(relative_errors(one.summary, compare(one, one)).values()) < 1e-3
+    assert max(relative_errors(one.summary, companion_errors(one, one)).values()) < 1e-3
     summary = one.summary
     vx, vy = summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     faster = replace(one, summary=replace(summary, tip_velocity_at_contact_m_per_s=(vx, 1.1 * vy)))
-    assert compare(one, faster)["tip_velocity_at_contact_m_per_s"] == pytest.approx(
+    assert companion_errors(one, faster)["tip_velocity_at_contact_m_per_s"] == pytest.approx(
         (0.0, 0.1 * abs(vy)), abs=1e-9
     )
     lost = replace(one, summary=replace(summary, tip_velocity_at_contact_m_per_s=None))
-    assert set(relative_errors(summary, compare(one, lost)).values()) == {float("inf")}
+    assert set(relative_errors(summary, companion_errors(one, lost)).values()) == {float("inf")}
 
 
 def test_a_tap_that_barely_ends_says_so() -> None:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from validation.converge.refinements import Overrides
+from validation.converge.refinements import LevelKeys
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import OF_A_TAP
@@ -51,7 +51,7 @@ class LevelRuns:
             self.scene.tables, self._dimension
         ).patch_radius
 
-    def run(self, level: Overrides) -> Values:
+    def run(self, level: LevelKeys) -> Values:
         """Scalars of one level, taken from an earlier run of the same inputs and program if any."""
         texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
@@ -59,7 +59,7 @@ class LevelRuns:
         inputs = run_inputs(tables, self._model, __name__, impact_state_of=start)
         return self._store.obtain(inputs, Values, lambda: self._simulate(tables, level))
 
-    def _simulate(self, tables: Scene, level: Overrides) -> Values:
+    def _simulate(self, tables: Scene, level: LevelKeys) -> Values:
         import reference_fem
 
         try:

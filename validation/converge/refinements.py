@@ -16,10 +16,10 @@ TIP_PRESSED = "mesh: tip, surface pressure"
 SECTION, AXIAL = 0.736e-3, 0.76e-3
 TIP, GROWTH, EVEN = 0.2, 1.15, 1.3
 
-Overrides = Mapping[str, float | str]
+LevelKeys = Mapping[str, float | str]
 PRESET_KEY = "solver.fem.preset"
 # Only a level's own sizes apply: an accuracy would bring halvings and damping too.
-NO_ACCURACY: Overrides = {"solver.fem.accuracy": "none"}
+NO_ACCURACY: LevelKeys = {"solver.fem.accuracy": "none"}
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class Refinement:
     name: str
     size_name: str
     order: float
-    levels: Mapping[float, Overrides]
+    levels: Mapping[float, LevelKeys]
 
 
 def mesh_sizes(
@@ -68,7 +68,7 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     def sizes(shaft: float, tip: float) -> dict[str, float | str]:
         return mesh_sizes(scale, shaft, tip * TIP * patch, GROWTH**tip, EVEN * patch)
 
-    alone: Overrides = {PRESET_KEY: "contact", **NO_ACCURACY, "solver.fem.contact": "impulse"}
+    alone: LevelKeys = {PRESET_KEY: "contact", **NO_ACCURACY, "solver.fem.contact": "impulse"}
     # Size of the tip where something else is refined.
     for_shaft, for_penalty, for_step = (2.0 * ROOT,) * 3 if quick else (ROOT, 2.0, 2.0)
     # On edges above 0.4 of the patch's radius the peak scatters by 2 % and shows no trend.
@@ -77,7 +77,7 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
     steps = (0.9, 0.45, 0.225)
 
-    def levels(overrides: Mapping[float, Overrides]) -> Mapping[float, Overrides]:
+    def levels(overrides: Mapping[float, LevelKeys]) -> Mapping[float, LevelKeys]:
         return {size: {**alone, **keys} for size, keys in overrides.items()}
 
     surface: dict[str, float | str] = {"solver.fem.contact": "surface"}

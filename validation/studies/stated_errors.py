@@ -33,7 +33,7 @@ def understated(stated: float, true: float) -> bool:
     return true > UNDERSTATED_FACTOR * stated + ROUND_OFF_SHARE
 
 
-def compare(
+def true_errors(
     summary: Mapping[str, Any], errors: Mapping[str, Any], truth: Mapping[str, Any]
 ) -> dict[str, StatedError]:
     """Compare every number with a stated error; the error of one that `truth` lacks is infinite.

@@ -5,7 +5,7 @@ from dataclasses import replace
 import hcm
 from tests.validation.studies.stress.taps import SOFT, TAP
 from validation.peers.scipy_ivp import solve_first_tap
-from validation.studies.stress.hcm.peers import peak_and_impulse
+from validation.studies.stress.hcm.hard_cells import peak_and_impulse
 from validation.studies.stress.judging import largest_difference
 
 

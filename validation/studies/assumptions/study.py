@@ -23,8 +23,8 @@ from validation.harness.files import output_folder, write_text
 from validation.harness.quantities import TAP_AND_STRESS
 from validation.models.solid_mesh import sizing_of
 from validation.models.variants import Variant, cumulative
-from validation.studies.assumptions.command import REFERENCE
 from validation.studies.assumptions.points import DIAMETER, six, tables_of
+from validation.studies.assumptions.waterfall_command import REFERENCE
 from validation.sweep.command import solve_plan
 from validation.sweep.plan import read_plan
 from validation.sweep.points import points_of

@@ -13,6 +13,7 @@ from validation.models.adapter import Progress, part
 from validation.peers import bar_programs
 from validation.studies.bench import (
     bar,
+    exudyn_settings,
     figures,
     hcm_settings,
     kernels,
@@ -23,7 +24,6 @@ from validation.studies.bench import (
     truths,
     work_precision,
 )
-from validation.studies.bench import peers as finger_peers
 from validation.studies.bench.files import page, save, save_machine
 from validation.studies.bench.work_precision import Point, Setting, Solver
 
@@ -102,7 +102,7 @@ def _bench_models(folder: Path, quick: bool, resume: bool) -> None:
 
 def _bench_peers(folder: Path, quick: bool) -> None:
     """Measure peers of hcm on its scene and of the reference on a bar, one after the other."""
-    for name in [*finger_peers.absent(), *bar_programs.absent()]:
+    for name in [*exudyn_settings.absent(), *bar_programs.absent()]:
         say(f"skipped: {name} is not installed")
     versions = {"Exudyn": version("exudyn")} | {
         peer.name: peer.version for peer in bar_programs.PROGRAMS if peer.present
@@ -112,10 +112,10 @@ def _bench_peers(folder: Path, quick: bool) -> None:
         rows = bar.measure_bar(bar.QUICK_BAR if quick else bar.BAR, part(progress, 0.0, 0.5))
         save(folder, "peers-reference", bar.table(rows), "The reference and its peers: a bar")
         figures.bar_peers(folder / "peers-reference.png", rows)
-        points = finger_peers.measure_peers(quick, part(progress, 0.5, 1.0))
+        points = exudyn_settings.measure_peers(quick, part(progress, 0.5, 1.0))
     save(folder, "peers", work_precision.table(points), "hcm and its peers, one scene, one run")
     if any(point.solver != "hcm" for point in points):
-        cheapest = finger_peers.cheapest_table(points)
+        cheapest = exudyn_settings.cheapest_table(points)
         save(folder, "peers-cheapest", cheapest, "The cheapest setting that reaches an error")
     figures.work_precision(folder / "peers.png", points)
     output(f"figures and tables: {page(folder)}")

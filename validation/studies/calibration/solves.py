@@ -20,7 +20,7 @@ from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
 from validation.studies.calibration.scenes import AFTER_S, RandomTap
-from validation.studies.stated_errors import StatedError, compare
+from validation.studies.stated_errors import StatedError, true_errors
 
 # Of the reduced model: tolerances are divided and elements multiplied by these factors.
 TOLERANCES, ELEMENTS = 100.0, 2
@@ -72,7 +72,7 @@ def solve_case(case: RandomTap) -> Solved:
     except (UserError, RunFailedError, hcm.ParameterError) as refusal:
         return Solved("REFUSED", "", str(refusal), {}, (0.0, 0.0))
     seconds = float(run.summary["wall_time_s"]), time.perf_counter() - middle
-    numbers = compare(run.summary, run.errors, tight.summary) if tight.ok else {}
+    numbers = true_errors(run.summary, run.errors, tight.summary) if tight.ok else {}
     expected = run.accuracy.get("expected")
     return Solved(run.status, tight.status, run.message, numbers, seconds, tight.message, expected)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.store import Store
-from validation.studies.evidence.taps import TAPS, Tap, calculix_tap, reference_tap, title
+from validation.studies.evidence.taps import TAPS, SpringTap, calculix_tap, reference_tap, title
 
 WIDTH = 3.5  # inches
 COLORS = {"C3D8": ORANGE, "C3D8I": GREEN}
@@ -36,7 +36,7 @@ def draw_forces(path: Path, store: Store) -> None:
         axes[-1][0].set_xlabel("time (us)")
 
 
-def draw_field(path: Path, tap: Tap, store: Store) -> None:
+def draw_field(path: Path, tap: SpringTap, store: Store) -> None:
     """Draw von Mises' stress at the tip in the plane of symmetry: theirs, ours, the difference."""
     from matplotlib.collections import PolyCollection
 

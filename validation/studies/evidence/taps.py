@@ -44,7 +44,7 @@ EDGES = {"soft": ("tip_size=2.5e-4", "growth=1.6"), "hard": ("tip_size=1.5e-4", 
 
 
 @dataclass(frozen=True)
-class Tap:
+class SpringTap:
     """A scene's tap with springs of the modulus factor E*/R under the surface.
 
     element : CalculiX', fully integrated (C3D8) or with incompatible modes (C3D8I).
@@ -70,7 +70,7 @@ class CalculixTap:
         snapshot, at field_time_s from the impact state; empty if it was not kept.
     """
 
-    tap: Tap
+    tap: SpringTap
     program: str
     date: str
     machine: str
@@ -102,12 +102,12 @@ class ReferenceTap:
 
 STIFF = 300.0  # springs that are as good as a rigid wall
 TAPS = {
-    "tap-soft": Tap("soft", STIFF),
-    "tap-soft-incompatible": Tap("soft", STIFF, element="C3D8I"),
-    "tap-frictionless-incompatible": Tap("soft", STIFF, 0.0, "C3D8I"),
-    "tap-hard": Tap("hard", STIFF),
-    "tap-hard-incompatible": Tap("hard", STIFF, element="C3D8I"),
-    "tap-soft-penalty": Tap("soft", 1.427),
+    "tap-soft": SpringTap("soft", STIFF),
+    "tap-soft-incompatible": SpringTap("soft", STIFF, element="C3D8I"),
+    "tap-frictionless-incompatible": SpringTap("soft", STIFF, 0.0, "C3D8I"),
+    "tap-hard": SpringTap("hard", STIFF),
+    "tap-hard-incompatible": SpringTap("hard", STIFF, element="C3D8I"),
+    "tap-soft-penalty": SpringTap("soft", 1.427),
 }
 
 
@@ -134,13 +134,13 @@ def at_peak(run: Any) -> Any:
     return next(one for one in run.snapshots if one.at_peak)
 
 
-def reference_tap(tap: Tap, store: Store) -> ReferenceTap:
+def reference_tap(tap: SpringTap, store: Store) -> ReferenceTap:
     """Our own tap, stored or new; it does not depend on CalculiX's element."""
     inputs = {"result": "our tap", "tap": tap.ours, "program": identity.program(__name__)}
     return store.obtain(inputs, ReferenceTap, lambda: by_reference(tap))
 
 
-def by_reference(tap: Tap) -> ReferenceTap:
+def by_reference(tap: SpringTap) -> ReferenceTap:
     """Solve a tap with the reference."""
     run, model, _, start_s, placed, _ = prepared(*tap.ours)
     peak = at_peak(run)
@@ -155,7 +155,7 @@ def by_reference(tap: Tap) -> ReferenceTap:
     )  # fmt: skip
 
 
-def by_calculix(tap: Tap) -> CalculixTap:
+def by_calculix(tap: SpringTap) -> CalculixTap:
     """Run a tap with CalculiX; raises ArithmeticError if it fails, keeps what a stopped run has."""
     run, model, material, start_s, placed, velocity = prepared(*tap.ours)
     until = run.summary.contact_time_s + run.summary.contact_duration_s - start_s
@@ -166,7 +166,7 @@ def by_calculix(tap: Tap) -> CalculixTap:
     return outcome(tap, calculix.run_calculix(deck, TIMEOUT_S))
 
 
-def outcome(tap: Tap, ran: calculix.CalculixRun) -> CalculixTap:
+def outcome(tap: SpringTap, ran: calculix.CalculixRun) -> CalculixTap:
     """The part of a run that is kept; an ArithmeticError says how a run failed."""
     if ran.answer not in (calculix.COMPLETED, calculix.TIMED_OUT):
         raise ArithmeticError(f"CalculiX {ran.answer}")
@@ -181,12 +181,12 @@ def outcome(tap: Tap, ran: calculix.CalculixRun) -> CalculixTap:
     )  # fmt: skip
 
 
-def kept_taps() -> dict[Tap, CalculixTap]:
+def kept_taps() -> dict[SpringTap, CalculixTap]:
     """The outcomes in ``validation/data``."""
     return {one.tap: one for one in TypeAdapter(list[CalculixTap]).validate_json(KEPT.read_bytes())}
 
 
-def calculix_tap(tap: Tap, store: Store) -> CalculixTap:
+def calculix_tap(tap: SpringTap, store: Store) -> CalculixTap:
     """A stored run of this machine if there is one, else the kept one, else a new one."""
     inputs = {"result": "CalculiX' tap", "tap": vars(tap), "program": identity.program(__name__)}
     wanted = store.fresh and calculix.available()
@@ -213,7 +213,7 @@ def numbers_of(tap: ReferenceTap | CalculixTap) -> dict[str, float]:
     return dict(zip(JUDGED, found, strict=False))
 
 
-def shares(tap: Tap, store: Store) -> dict[str, float]:
+def shares(tap: SpringTap, store: Store) -> dict[str, float]:
     """Relative errors of our tap due to its mesh: those on stiff springs.
 
     Springs are given, and the same in both programs: the effect of softer ones is not an error.
@@ -222,7 +222,7 @@ def shares(tap: Tap, store: Store) -> dict[str, float]:
     return {key: own.errors[key] / abs(value) for key, value in numbers_of(own).items()}
 
 
-def rows(tap: Tap, progress: Progress, store: Store) -> list[EvidenceRow]:
+def rows(tap: SpringTap, progress: Progress, store: Store) -> list[EvidenceRow]:
     """Peak, impulse, duration and field of stress; the mesh, which they share, errs alike in both.
 
     A run that was stopped in contact has only its peak and the field there. The field's relative
@@ -268,13 +268,13 @@ def fields(theirs: CalculixTap, own: ReferenceTap) -> tuple[float, float, float]
     return size, its, apart / size
 
 
-def title(tap: Tap) -> str:
+def title(tap: SpringTap) -> str:
     """A tap in words."""
     smooth = "" if tap.friction else ", no friction"
     return f"The {tap.scene} finger's tap{smooth}, springs {tap.factor:g} E*/R"
 
 
-def _piece(name: str, tap: Tap) -> Piece:
+def _piece(name: str, tap: SpringTap) -> Piece:
     count, edge = {"soft": ("3,576", "0.25"), "hard": ("3,356", "0.15")}[tap.scene]
     start = "but run before ours had the true shape's mass: 0.9 % lighter and 0.5 % slower"
     if tap.factor == STIFF and tap.friction:

@@ -38,8 +38,8 @@ def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
 
 def run_peers(out: Path) -> None:
     """Run hard cells by other solvers too, naming those that are absent; tabulate the results."""
-    from validation.studies.stress.hcm.peers import peers_table
-    from validation.studies.stress.reference.peers import ABSENT, calculix_table
+    from validation.studies.stress.hcm.hard_cells import peers_table
+    from validation.studies.stress.reference.calculix_cells import ABSENT, calculix_table
 
     with exclusive_folder(out / "stress") as folder:
         with progress_bar("stress --peers") as progress:

@@ -13,7 +13,7 @@ SMALLER_STEP = 0.5
 DELIVERED = 0.99
 
 
-def tap_scalars(summary: Any, forces: Any) -> tuple[float, ...] | None:
+def judged_scalars(summary: Any, forces: Any) -> tuple[float, ...] | None:
     """Peak F_n (N), impulse (N s) and time to deliver `DELIVERED` of it (s); None without a tap.
 
     summary, forces : a result's scalars, and its columns ``time_s`` and ``normal_force_N``, whose

@@ -21,7 +21,7 @@ from validation.models import solid_mesh
 from validation.models.variants import all_variants, cumulative, leave_one_out
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
-from validation.studies.assumptions import command, study, study_command
+from validation.studies.assumptions import study, study_command, waterfall_command
 from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import WRONG, Rule, fitted, rules
 from validation.studies.assumptions.study import BARS, STATUS, known, read_study
@@ -76,7 +76,7 @@ def test_the_waterfall_says_what_its_runs_say_of_themselves(
             )
         return records
 
-    monkeypatch.setattr(command, "in_fresh_process", run)
+    monkeypatch.setattr(waterfall_command, "in_fresh_process", run)
     ended = fingertap("waterfall", "soft", "--out", tmp_path)
     assert ended.code == 0
     assert ended.err.splitlines() == [
@@ -96,7 +96,7 @@ def test_the_waterfall_shows_each_assumptions_error(make_record: Make, tmp_path:
         for n, v in enumerate(all_variants())
     ]
     rows[-1][0] = difference("soft", all_variants()[-1].name, TAP_AND_STRESS[0], None, reference)
-    command._write(tmp_path, "soft", all_variants(), rows, reference)
+    waterfall_command._write(tmp_path, "soft", all_variants(), rows, reference)
     first = plt.gcf().axes[0]
     *bars, known_to = first.patches
     wanted = 100.0 * ((60.0 + np.arange(len(rows))) / 80.0 - 1.0)

@@ -11,12 +11,19 @@ from validation.compare.tap_errors import TapErrors
 from validation.harness.timing import shortest_in_turns
 from validation.peers import exudyn_finger
 from validation.peers.bar import Bar
-from validation.studies.bench import bar, hcm_settings, hcm_truth, peers, shortcuts, truths
+from validation.studies.bench import (
+    bar,
+    exudyn_settings,
+    hcm_settings,
+    hcm_truth,
+    shortcuts,
+    truths,
+)
 from validation.studies.bench.shortcuts import Entry, table
 from validation.studies.bench.work_precision import Point
 
 CHEAP = hcm_settings.hcm_setting(
-    peers.STUDY, "tolerances", 2, hcm_settings.BASE, {"flight_tolerance": 1e-5}
+    exudyn_settings.STUDY, "tolerances", 2, hcm_settings.BASE, {"flight_tolerance": 1e-5}
 )
 
 
@@ -76,17 +83,19 @@ def test_ledger_has_a_line_for_what_cannot_be_compared() -> None:
 
 def _point(solver: str, time: float, error: float) -> Point:
     errors = TapErrors(error, 0.0, error, 0.0)
-    return Point(peers.STUDY, solver, "s", f"{time}", "COMPLETED", time, 3, 10, errors)
+    return Point(exudyn_settings.STUDY, solver, "s", f"{time}", "COMPLETED", time, 3, 10, errors)
 
 
 def test_cheapest_setting_that_reaches_an_error() -> None:
     tried = [("hcm", 0.004, 9e-4), ("hcm", 0.03, 9e-5), ("Exudyn", 0.03, 2e-3),
              ("Exudyn", 0.08, 8e-4)]  # fmt: skip
-    failed = Point(peers.STUDY, "Exudyn", "s", "failed", "stopped", 0.001, 0)
+    failed = Point(exudyn_settings.STUDY, "Exudyn", "s", "failed", "stopped", 0.001, 0)
     points = [*(_point(*one) for one in tried), failed]
-    rows = peers.cheapest_table(points)
+    rows = exudyn_settings.cheapest_table(points)
     assert rows[0]["exudyn_against"] == "hcm.reference_solution"
-    found = {row["error_of_peak_and_duration"]: row for row in rows[: len(peers.ERROR_LIMITS)]}
+    found = {
+        row["error_of_peak_and_duration"]: row for row in rows[: len(exudyn_settings.ERROR_LIMITS)]
+    }
     assert found[1e-2]["exudyn_over_hcm"] == pytest.approx(7.5)
     assert found[1e-3]["exudyn_over_hcm"] == pytest.approx(20)
     assert found[1e-4]["exudyn_over_hcm"] is None  # the peer has no such setting
@@ -95,7 +104,7 @@ def test_cheapest_setting_that_reaches_an_error() -> None:
 
 def test_absent_peer_is_skipped_by_name(tmp_path: Path, monkeypatch: Patch, fingertap: Run) -> None:
     hide_peers(monkeypatch)
-    monkeypatch.setattr(peers, "hcm_settings", lambda quick: [CHEAP])
+    monkeypatch.setattr(exudyn_settings, "hcm_settings", lambda quick: [CHEAP])
     monkeypatch.setattr(bar, "QUICK_BAR", Bar((4, 2, 2), 4, 1))
     ended = fingertap("bench", "--peers", "--quick", "--out", tmp_path)
     assert "skipped: Exudyn (pip install 'fingertap[bench]')" in ended.err
@@ -109,7 +118,7 @@ def test_exudyn_agrees_and_locating_the_contact_pays() -> None:
 
     given = hcm_truth.soft_scene(truths.TAP_ELEMENTS)
     truth = truths.TAP.values
-    until = truth.contact_time_s - peers.LOOK_BEFORE_S
+    until = truth.contact_time_s - exudyn_settings.LOOK_BEFORE_S
     located, unlocated = (
         exudyn_finger.tap(given, 5e-4, 3e-6, where, until).quantities for where in (True, False)
     )

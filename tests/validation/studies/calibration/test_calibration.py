@@ -22,7 +22,7 @@ from validation.studies.calibration.report import (
 )
 from validation.studies.calibration.scenes import KINDS, case
 from validation.studies.calibration.solves import solve_case
-from validation.studies.stated_errors import compare
+from validation.studies.stated_errors import true_errors
 
 RUN = RunRecord(
     "soft", "hcm", "", "COMPLETED", True, "",
@@ -46,11 +46,11 @@ def test_cases_are_scenes_by_turns_and_start_as_they_say(model: str) -> None:
 def test_what_two_solves_differ_by() -> None:
     """By the velocity's components over the speed; what the tight solve lacks is infinitely off."""
     tight = RUN.with_summary(peak_normal_force_N=102.5)
-    found = compare(RUN.summary, RUN.errors, tight.summary)
+    found = true_errors(RUN.summary, RUN.errors, tight.summary)
     assert found["peak_normal_force_N"] == (1.0, 2.5, 100.0)
     assert found["tip_velocity_y_m_per_s"] == (0.2, 0.0, 5.0)
     assert set(found) == {"peak_normal_force_N", "tip_velocity_x_m_per_s", "tip_velocity_y_m_per_s"}
-    gone = compare(RUN.summary, RUN.errors, RUN.with_summary(peak_normal_force_N=None).summary)
+    gone = true_errors(RUN.summary, RUN.errors, RUN.with_summary(peak_normal_force_N=None).summary)
     assert gone["peak_normal_force_N"].true == math.inf
 
 

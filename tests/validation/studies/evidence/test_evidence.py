@@ -40,7 +40,7 @@ from validation.studies.evidence.static_beam import ClampedBeam, princeton_rows
 
 ROW = EvidenceRow("a number", "m", "hcm", 2.0, 0.03, 2.1, 0.04, "as told")
 
-TAP = taps.Tap("soft", 300.0, 0.0)
+TAP = taps.SpringTap("soft", 300.0, 0.0)
 ERRORS = dict.fromkeys(taps.JUDGED, 1.1)
 OWN = taps.ReferenceTap((0.0, 1e-6, 2e-6, 3e-6, 4e-6), (0.0, 8.0, 11.0, 4.0, 0.0), ERRORS,
                2e-6, (2000, 3000), (1.0, 3.0), (0,), ())  # fmt: skip

@@ -6,7 +6,7 @@ from dataclasses import replace
 import hcm
 from hcm import reference_solution
 from hcm.posture import Postures
-from validation.studies.stated_errors import compare
+from validation.studies.stated_errors import true_errors
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations
 from validation.studies.stress.judging import SMALLER_STEP, largest_difference
@@ -47,7 +47,7 @@ def confirm(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> Cell
         truth = hcm.simulate_scene(replace(scene, settings=settings))
         name = f"a run with {tolerances:g} times smaller tolerances"
         if truth.status is hcm.Status.COMPLETED:
-            numbers = compare(vars(result.summary), result.errors, vars(truth.summary))
+            numbers = true_errors(vars(result.summary), result.errors, vars(truth.summary))
             return found.within_stated(name, numbers, bool(result.cautions))
         if truth.status is not hcm.Status.WORK_LIMIT:
             failed = f"{name}: {truth.status.value}"

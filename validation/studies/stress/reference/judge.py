@@ -8,8 +8,8 @@ import numpy as np
 import reference_fem as rf
 from reference_fem.model import Model
 from reference_fem.stable_step import stable_step
-from validation.studies.stated_errors import compare
-from validation.studies.stress.judging import SMALLER_STEP, largest_difference, tap_scalars
+from validation.studies.stated_errors import true_errors
+from validation.studies.stress.judging import SMALLER_STEP, judged_scalars, largest_difference
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.scene import ReferenceScene
 from validation.studies.stress.stability_map import RIGHT_WITHIN, Answer, CellVerdict
@@ -58,7 +58,7 @@ def judge(scene: ReferenceScene) -> CellVerdict:
             found = replace(found, error=error)
         if error is None or not error <= bound:  # NaN agrees with nothing
             return _doubtful(scene, result, found, name, error)
-        numbers = compare(vars(summary), result.errors, vars(truth.summary))
+        numbers = true_errors(vars(summary), result.errors, vars(truth.summary))
         found = found.within_stated(name, numbers, bool(result.cautions))
         if found.answer is not Answer.RIGHT:
             return found
@@ -106,7 +106,7 @@ def _doubtful(
 def scalars(result: rf.TapResult) -> tuple[float, ...] | None:
     """Scalars of a completed tap; None if the run did not complete."""
     completed = result.status is rf.Status.COMPLETED
-    return tap_scalars(result.summary, result.forces) if completed else None
+    return judged_scalars(result.summary, result.forces) if completed else None
 
 
 def bar_impulse(scene: ReferenceScene, model: Model) -> float | None:

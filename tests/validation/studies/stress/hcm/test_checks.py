@@ -13,7 +13,7 @@ from validation.models.hcm import warm_up_choices
 from validation.studies.random_scenes import NUMBERS, random_numbers, random_scene
 from validation.studies.stress.hcm.audit import mechanics, observed
 from validation.studies.stress.hcm.checks import violations
-from validation.studies.stress.judging import largest_difference, tap_scalars
+from validation.studies.stress.judging import judged_scalars, largest_difference
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -105,7 +105,7 @@ def test_small_dents_are_resolved() -> None:
     fine = replace(scene.settings, contact_step=1e-10, contact_tolerance=1e-15, max_steps=200_000)
     truth = hcm.simulate_scene(replace(scene, settings=fine))
     assert coarse.status is truth.status is hcm.Status.COMPLETED
-    error = largest_difference(*(tap_scalars(of.summary, of.history) for of in (coarse, truth)))
+    error = largest_difference(*(judged_scalars(of.summary, of.history) for of in (coarse, truth)))
     assert error is not None
     assert error < 0.01
 

@@ -24,12 +24,12 @@ from validation.peers import exudyn_finger
 from validation.peers.scipy_ivp import solve_first_tap
 from validation.studies.stress.hcm.judge import tighter
 from validation.studies.stress.hcm.maps import SOFT_SCENE, soft_finger
-from validation.studies.stress.judging import largest_difference, tap_scalars
+from validation.studies.stress.judging import judged_scalars, largest_difference
 
 # A tap's peak F_n (N) and impulse (N s).
-Tap = tuple[float, ...]
+PeakAndImpulse = tuple[float, ...]
 # How a solver ended, its tap, and its wall time in s.
-PeerAnswer = tuple[str, Tap | None, float]
+PeerAnswer = tuple[str, PeakAndImpulse | None, float]
 
 SECONDS = 30.0
 FLIGHT_STEP_S, CONTACT_STEPS = 1e-4, 2000
@@ -64,13 +64,13 @@ def hard_cells() -> dict[str, hcm.Scene]:
     }
 
 
-def peak_and_impulse(result: hcm.TapResult) -> Tap | None:
+def peak_and_impulse(result: hcm.TapResult) -> PeakAndImpulse | None:
     """Peak and impulse of the first tap in a run of hcm, None if it has none."""
-    scalars = tap_scalars(result.summary, result.history)
+    scalars = judged_scalars(result.summary, result.history)
     return None if scalars is None else scalars[:2]
 
 
-def _described(answer: PeerAnswer, truth: Tap | None) -> str:
+def _described(answer: PeerAnswer, truth: PeakAndImpulse | None) -> str:
     """A cell of the table: how it ended, how far it is from the truth, its time."""
     ending, tap, seconds = answer
     error = largest_difference(tap, truth)
@@ -78,7 +78,7 @@ def _described(answer: PeerAnswer, truth: Tap | None) -> str:
     return f"{ending}{off} ({seconds:.2g} s)"
 
 
-def _timed(solve: Callable[[], tuple[str, Tap | None]]) -> PeerAnswer:
+def _timed(solve: Callable[[], tuple[str, PeakAndImpulse | None]]) -> PeerAnswer:
     start = time.perf_counter()
     ending, tap = solve()
     return ending, tap, time.perf_counter() - start
@@ -94,7 +94,7 @@ def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
         for name in ("exudyn", "exudyn.itemInterface"):
             importlib.import_module(name)
 
-    def solve() -> tuple[str, Tap | None]:
+    def solve() -> tuple[str, PeakAndImpulse | None]:
         try:
             found = exudyn_finger.tap(
                 scene, FLIGHT_STEP_S, window_s / CONTACT_STEPS, True,
@@ -119,7 +119,7 @@ def limited(seconds: float, solve: Callable[..., PeerAnswer], *arguments: Any) -
         return f"no answer after {seconds:g} s", None, seconds
 
 
-def _exudyn_cell(scene: hcm.Scene, result: hcm.TapResult, truth: Tap | None) -> str:
+def _exudyn_cell(scene: hcm.Scene, result: hcm.TapResult, truth: PeakAndImpulse | None) -> str:
     s = result.summary
     if scene.surface.friction or scene.tip.restitution < 1.0:
         return "not expressible without Python in the step"

@@ -12,8 +12,8 @@ from tests.validation.peers.test_calculix import PRINTED
 from validation.peers import calculix, calculix_impact
 from validation.peers.calculix import COMPLETED, TIMED_OUT, CalculixRun
 from validation.studies.stress.command import run_peers
-from validation.studies.stress.hcm import peers
-from validation.studies.stress.reference.peers import (
+from validation.studies.stress.hcm import hard_cells
+from validation.studies.stress.reference.calculix_cells import (
     CELLS,
     IMPULSE,
     KINETIC,
@@ -32,7 +32,7 @@ def test_without_it_the_table_is_skipped_by_name(
     tmp_path: Path, monkeypatch: Patch, capsys: Capture
 ) -> None:
     monkeypatch.setattr(shutil, "which", lambda name: None)
-    monkeypatch.setattr(peers, "peers_table", lambda progress: [{"cell": "a hard one"}])
+    monkeypatch.setattr(hard_cells, "peers_table", lambda progress: [{"cell": "a hard one"}])
     run_peers(tmp_path)
     assert "CalculiX is not installed (apt-get install calculix-ccx)" in capsys.readouterr().out
     assert (tmp_path / "stress" / "peers.json").exists()

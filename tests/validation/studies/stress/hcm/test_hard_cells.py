@@ -8,18 +8,18 @@ import pytest
 import hcm
 from tests.validation.commands import Patch
 from validation.peers import exudyn_finger
-from validation.studies.stress.hcm import peers
+from validation.studies.stress.hcm import hard_cells
 
 
-def _slow(seconds: float) -> peers.PeerAnswer:
+def _slow(seconds: float) -> hard_cells.PeerAnswer:
     time.sleep(seconds)
     return "completed", None, seconds
 
 
 def test_a_peer_that_gives_no_answer_is_ended() -> None:
     began = time.monotonic()
-    assert peers.limited(60.0, _slow, 0.01) == ("completed", None, 0.01)
-    assert peers.limited(3.0, _slow, 120.0) == ("no answer after 3 s", None, 3.0)
+    assert hard_cells.limited(60.0, _slow, 0.01) == ("completed", None, 0.01)
+    assert hard_cells.limited(3.0, _slow, 120.0) == ("no answer after 3 s", None, 3.0)
     assert time.monotonic() - began < 60.0
 
 
@@ -32,9 +32,9 @@ def _percent_off(cell: str) -> float:
 def test_scipy_answers_a_hard_cell(monkeypatch: Patch) -> None:
     """It was handed what it does not take. Its defaults ask for 1e-3 of each of many steps."""
     name = "softest beams, E 1e6 Pa"
-    scene = peers.hard_cells()[name]
-    monkeypatch.setattr(peers, "hard_cells", lambda: {name: scene})
-    (row,) = peers.peers_table(lambda fraction, doing: None)
+    scene = hard_cells.hard_cells()[name]
+    monkeypatch.setattr(hard_cells, "hard_cells", lambda: {name: scene})
+    (row,) = hard_cells.peers_table(lambda fraction, doing: None)
     assert row["cell"] == name
     assert _percent_off(row["hcm"]) < 0.1  # measured 2.6e-4
     assert _percent_off(row["SciPy RK45, defaults"]) < 5.0
@@ -43,7 +43,7 @@ def test_scipy_answers_a_hard_cell(monkeypatch: Patch) -> None:
 @pytest.mark.skipif(not exudyn_finger.available(), reason="the extra bench is not installed")
 def test_exudyn_answers_a_hard_cell() -> None:
     """One linear spring, which both see: measured 1e-5."""
-    scene = peers.hard_cells()["softest tip, k 1e3 N/m"]
+    scene = hard_cells.hard_cells()["softest tip, k 1e3 N/m"]
     result = hcm.simulate_scene(scene)
-    cell = peers._exudyn_cell(scene, result, peers.peak_and_impulse(result))
+    cell = hard_cells._exudyn_cell(scene, result, hard_cells.peak_and_impulse(result))
     assert _percent_off(cell) < 0.1

@@ -1,15 +1,14 @@
-"""Reasons not to trust a run's numbers, from its own record and its stated errors."""
+"""Reasons not to trust a run, from its own record."""
 
 import math
-from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from reference_fem.accuracy import EDGE, FLUTTER_FRICTION, RELAXATION_SHARE
 from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, History, Snapshot, Summary
-from reference_fem.settings import Material, Settings
+from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.settings import Settings
 
 # Limit of the second difference of F_n at its peak over three times the peak, for lags of one step
 # up to the time that a wave takes across a cell (the longest, τ). A wave of frequency ω gives (ω
@@ -34,109 +33,155 @@ REFINED_EDGE_RATIO, EVEN = 1.5, 3.0
 END = 1.1
 # The usual limit of hourglass control (LS-DYNA's and Abaqus' guides: 5 to 10 %).
 HOURGLASS = 0.1
-# Share of mu F_n above which a tip slides as a whole.
-SLIP_SHARE = 0.9
-# Relative error that a number may state without a caution.
-CAUTION_ERROR = 0.02
-TITLES = {
-    "contact_time_s": "time of contact",
-    "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
-    "peak_normal_force_N": "peak normal force",
-    "peak_normal_force_time_s": "time of the peak",
-    "peak_tangential_force_N": "peak tangential force",
-    "contact_duration_s": "contact duration",
-    "normal_impulse_N_s": "normal impulse",
-    "peak_stress_R_Pa": "peak stress at R",
-}
-"""The numbers with an estimate, by the summary's fields."""
 
 
-def cautions(
-    forces: ForceRecord,
-    history: History,
-    snapshots: tuple[Snapshot, ...],
-    model: Model,
-    settings: Settings,
-) -> tuple[str, ...]:
-    """One sentence for each reason to doubt a number, most often none.
+class Evidence(NamedTuple):
+    """What a run's cautions are judged by."""
 
-    - the peak force stands out so much that step or mesh have not resolved it
-    - the tap is so short that a step is a noticeable part of it
-    - the energy balance is off by more than a rebound's impulse tolerates
-    - an element is crushed so far that its material law no longer models a solid
-    - penalty springs hold so much of the elastic energy that they, not the body, make the contact
-    - hourglass control holds so much of the strain energy that it affects the answer
-    - the contact has rolled out of the refined part of the mesh, or never was there
-    - the last phalanx touches with its shaft
-    """
-    found = []
-    if spike(forces.normal_force_N, steps_per_cell_transit(model)) > SPIKE:
-        found.append(
-            "the peak normal force is a spike of a few steps or elements that another step or "
-            f"mesh changes: use {_smoother(settings)}"
-        )
-    steps = int(np.count_nonzero(forces.normal_force_N > 0.0))
-    if 0 < steps < FEWEST_STEPS:
-        found.append(
-            f"the surface is touched in {steps} steps only: halve solver.fem.step_factor and "
-            "see what it changes, or refine the mesh"
-        )
-    if not history.time_s.size:
-        return tuple(found)
+    forces: ForceRecord
+    history: History
+    snapshots: tuple[Snapshot, ...]
+    model: Model
+    settings: Settings
+
+    @property
+    def touched(self) -> list[Flags]:
+        """Which of the nodes that may touch do so at the peak force; empty if that is not known."""
+        nodes = self.model.contact.nodes
+        return [s.contact_pressure_Pa[nodes] > 0.0 for s in self.snapshots if s.at_peak][:1]
+
+    @property
+    def place(self) -> float:
+        """Mean X of these nodes at rest, m; -inf if there are none."""
+        under = [self.model.contact.nodes[touched] for touched in self.touched]
+        if not under or not under[0].size:
+            return -math.inf
+        return float(self.model.points[under[0], 0].mean())
+
+    @property
+    def body(self) -> Array:
+        """Nodes of the phalanx that touches, at rest, m."""
+        return self.model.points[self.model.body_of_point == self.model.touching_body]
+
+    @property
+    def away_mm(self) -> float:
+        """Distance of the place that touches from the last hinge."""
+        return 1e3 * (float(self.body[:, 0].max()) - self.place)
+
+
+def cautions(evidence: Evidence) -> tuple[str, ...]:
+    """One sentence for each reason to doubt a number, most often none."""
+    doubts = CAUTIONS if evidence.history.time_s.size else CAUTIONS_OF_FORCES
+    return tuple([line for doubt in doubts if (line := doubt(evidence))])
+
+
+def spiked(run: Evidence) -> str:
+    """The peak force stands out so much that step or mesh have not resolved it."""
+    if spike(run.forces.normal_force_N, steps_per_cell_transit(run.model)) <= SPIKE:
+        return ""
+    return (
+        "the peak normal force is a spike of a few steps or elements that another step or "
+        f"mesh changes: use {_smoother(run.settings)}"
+    )
+
+
+def few_steps(run: Evidence) -> str:
+    """The tap is so short that a step is a noticeable part of it."""
+    steps = int(np.count_nonzero(run.forces.normal_force_N > 0.0))
+    if not 0 < steps < FEWEST_STEPS:
+        return ""
+    return (
+        f"the surface is touched in {steps} steps only: halve solver.fem.step_factor and "
+        "see what it changes, or refine the mesh"
+    )
+
+
+def open_energy(run: Evidence) -> str:
+    """The energy balance is off by more than a rebound's impulse tolerates."""
     residual = _share(
-        float(np.abs(history.energy_balance_J).max()), float(history.kinetic_energy_J.max())
+        float(np.abs(run.history.energy_balance_J).max()),
+        float(run.history.kinetic_energy_J.max()),
     )
-    if residual > CAUTION_RESIDUAL:
-        impulse = settings.contact == "impulse"
-        plastic = " (impulses stop nodes as plastic impacts do)" if impulse else ""
-        found.append(
-            f"{100 * residual:.3g} % of the largest kinetic energy was lost or gained: lower "
-            f"solver.fem.step_factor, and refine the mesh where it touches{plastic}"
-        )
+    if residual <= CAUTION_RESIDUAL:
+        return ""
+    impulse = run.settings.contact == "impulse"
+    plastic = " (impulses stop nodes as plastic impacts do)" if impulse else ""
+    return (
+        f"{100 * residual:.3g} % of the largest kinetic energy was lost or gained: lower "
+        f"solver.fem.step_factor, and refine the mesh where it touches{plastic}"
+    )
+
+
+def crushed(run: Evidence) -> str:
+    """An element is crushed so far that its material law no longer models a solid."""
     smallest = min(
-        (model.kernel.min_det_F(s.displacement) for s in snapshots if s.at_peak), default=1.0
+        (run.model.kernel.min_det_F(s.displacement) for s in run.snapshots if s.at_peak),
+        default=1.0,
     )
-    if smallest < CRUSHED:
-        found.append(
-            f"an element is crushed to {100 * smallest:.3g} % of its volume, where the material "
-            "law (St. Venant-Kirchhoff) softens: use a stiffer material or a slower impact"
-        )
-    touched = [s.contact_pressure_Pa[model.contact.nodes] > 0.0 for s in snapshots if s.at_peak]
+    if smallest >= CRUSHED:
+        return ""
+    return (
+        f"an element is crushed to {100 * smallest:.3g} % of its volume, where the material "
+        "law (St. Venant-Kirchhoff) softens: use a stiffer material or a slower impact"
+    )
+
+
+def shaft_touches(run: Evidence) -> str:
+    """The last phalanx touches with its shaft."""
+    body = run.body
+    if run.place <= body[:, 0].min() + END * body[:, 1].max():
+        return ""
+    return (
+        f"at the peak force the shaft touches, {run.away_mm:.3g} mm from the last hinge, not the "
+        "end, which the reduced model cannot represent: raise or lower surface.height so that "
+        "the end touches"
+    )
+
+
+def outside_refined_patch(run: Evidence) -> str:
+    """The contact has rolled out of the refined part of the mesh, or never was there."""
+    model = run.model
     edges = np.sqrt(model.contact.area) if model.points.shape[1] == 3 else np.zeros(0)
-    times = contact_edge_ratio(edges, touched[0]) if edges.size and touched else None
-    body = model.points[model.body_of_point == model.touching_body]
-    last, radius = body[:, 0].max(), body[:, 1].max()
-    under = model.contact.nodes[touched[0]] if touched else model.contact.nodes[:0]
-    at = model.points[under, 0].mean() if under.size else -math.inf
-    away = 1e3 * (last - at)
-    if at > body[:, 0].min() + END * radius:
-        found.append(
-            f"at the peak force the shaft touches, {away:.3g} mm from the last hinge, not the "
-            "end, which the reduced model cannot represent: raise or lower surface.height so that "
-            "the end touches"
-        )
-    if times is not None:
-        found.append(
-            f"at the peak force it touches {away:.3g} mm from the last hinge, where edges are "
-            f"{times:.2g} times those refined for contact: refine a larger part "
-            "(solver.fem.patch_size, solver.fem.growth)"
-        )
-    strain = float(history.strain_energy_J.max())
-    elastic = history.strain_energy_J + history.contact_energy_J
-    springs = _share(float(history.contact_energy_J.max()), float(elastic.max()))
-    if springs > SPRINGS and isinstance(settings.contact, str):
-        found.append(
-            f"the contact's springs hold {100 * springs:.3g} % of the elastic energy, so the "
-            f"penalty sets force and duration: raise solver.fem.{settings.contact}_factor or use "
-            "solver.fem.contact = 'impulse'"
-        )
-    hourglass = _share(float(history.hourglass_energy_J.max()), strain)
-    if hourglass > HOURGLASS:
-        found.append(
-            f"hourglass control holds {100 * hourglass:.3g} % of the strain energy: refine the "
-            "mesh or use solver.fem.element = 'hex8-sri'"
-        )
-    return tuple(found)
+    times = contact_edge_ratio(edges, run.touched[0]) if edges.size and run.touched else None
+    if times is None:
+        return ""
+    return (
+        f"at the peak force it touches {run.away_mm:.3g} mm from the last hinge, where edges are "
+        f"{times:.2g} times those refined for contact: refine a larger part "
+        "(solver.fem.patch_size, solver.fem.growth)"
+    )
+
+
+def soft_springs(run: Evidence) -> str:
+    """Penalty springs hold so much of the elastic energy that they, not the body, set the force."""
+    elastic = run.history.strain_energy_J + run.history.contact_energy_J
+    springs = _share(float(run.history.contact_energy_J.max()), float(elastic.max()))
+    if springs <= SPRINGS or not isinstance(run.settings.contact, str):
+        return ""
+    return (
+        f"the contact's springs hold {100 * springs:.3g} % of the elastic energy, so the "
+        f"penalty sets force and duration: raise solver.fem.{run.settings.contact}_factor or use "
+        "solver.fem.contact = 'impulse'"
+    )
+
+
+def hourglassed(run: Evidence) -> str:
+    """Hourglass control holds so much of the strain energy that it affects the answer."""
+    strain = float(run.history.strain_energy_J.max())
+    hourglass = _share(float(run.history.hourglass_energy_J.max()), strain)
+    if hourglass <= HOURGLASS:
+        return ""
+    return (
+        f"hourglass control holds {100 * hourglass:.3g} % of the strain energy: refine the "
+        "mesh or use solver.fem.element = 'hex8-sri'"
+    )
+
+
+CAUTIONS_OF_FORCES = (spiked, few_steps)
+CAUTIONS = (
+    *CAUTIONS_OF_FORCES,
+    *(open_energy, crushed, shaft_touches, outside_refined_patch, soft_springs, hourglassed),
+)
 
 
 def steps_per_cell_transit(model: Model) -> int:
@@ -184,68 +229,3 @@ def _smoother(settings: Settings) -> str:
     if settings.contact == "impulse":
         return finer
     return f"solver.fem.contact = 'impulse', a softer contact, or {finer}"
-
-
-def imprecise(
-    summary: Summary,
-    errors: Mapping[str, float | tuple[float, float]],
-    of_mesh: Mapping[str, float],
-    edge_over_patch: float,
-) -> tuple[str, ...]:
-    """A line that names numbers with relative errors above `CAUTION_ERROR`, and asks for a finer
-    mesh where that may remove half of one.
-
-    of_mesh : parts of errors that it may reduce. edge_over_patch : see `mesh_error.Resolution`
-    """
-    found = _shares(summary, errors)
-    names = sorted((name for name in found if found[name] > CAUTION_ERROR), key=found.__getitem__)
-    poor = {name: found[name] for name in reversed(names)}
-    if not poor:
-        return ()
-    known = ", ".join(f"{TITLES[name]} {percent(share)}" for name, share in poor.items())
-    line = f"estimated errors beyond {percent(CAUTION_ERROR)}: {known}"
-    by_mesh = _shares(summary, of_mesh)
-    if any(0.5 * poor[name] <= by_mesh.get(name, 0.0) < math.inf for name in poor):
-        line += (
-            f"; an edge where it touches is {edge_over_patch:.2g} of the patch's radius: refine "
-            "the mesh, there first (solver.fem.tip_size)"
-        )
-    return (line,)
-
-
-def flutter(
-    forces: ForceRecord, friction: float, material: Material, edge: float, patch: float
-) -> tuple[str, ...]:
-    """A caution if an undamped tip slides on a mesh fine enough to show that it flutters.
-
-    edge : edge length at the contact, m. patch : Hertz's radius, m
-    """
-    normal, tangential = forces.normal_force_N, forces.tangential_force_N
-    pushed = normal > 0.5 * normal.max(initial=0.0)
-    slides = np.abs(tangential[pushed]) > SLIP_SHARE * friction * normal[pushed]
-    damped = friction < FLUTTER_FRICTION or material.relaxation_time > 0.0
-    if damped or edge > EDGE * patch or not slides.any():
-        return ()
-    time_s = RELAXATION_SHARE * patch / material.bar_speed
-    return (
-        "a sliding elastic tip flutters, and meshes this fine do not converge: of 74 fingers 20 "
-        "had a peak or an impulse more than 1 % off, by up to 11 %; set "
-        f"material.relaxation_time = {time_s:.2g}, as runs that are given an accuracy do",
-    )
-
-
-def _shares(
-    summary: Summary, errors: Mapping[str, float | tuple[float, float]]
-) -> dict[str, float]:
-    """Relative errors, by name: the largest component over the magnitude of the number."""
-    return {
-        name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
-        for name, error in errors.items()
-    }
-
-
-def percent(share: float) -> str:
-    """A share as text, in per cent with two digits; "unknown" if infinite."""
-    if share == math.inf:
-        return "unknown"
-    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

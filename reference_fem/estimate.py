@@ -15,7 +15,8 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.cautions import SPIKE, flutter, imprecise, percent, spike, steps_per_cell_transit
+from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
+from reference_fem.error_cautions import flutter, imprecise, percent
 from reference_fem.flight_error import (
     Flight,
     OmittedMotion,

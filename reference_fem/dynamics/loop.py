@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from reference_fem.arrays import Progress
-from reference_fem.cautions import cautions
+from reference_fem.cautions import Evidence, cautions
 from reference_fem.coarse_flight import FLIGHT_BLOCK, SPEED_MARGIN, CoarseFlight
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.guards import failure
@@ -136,7 +136,7 @@ def _result(
         ),
     )
     snapshots = recorder.snapshots(model)
-    doubts = cautions(forces, history, snapshots, model, settings)
+    doubts = cautions(Evidence(forces, history, snapshots, model, settings))
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
 
 

@@ -1,0 +1,91 @@
+"""Reasons not to trust a run's numbers, from its stated errors and its friction."""
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from reference_fem.accuracy import EDGE, FLUTTER_FRICTION, RELAXATION_SHARE
+from reference_fem.result import ForceRecord, Summary
+from reference_fem.settings import Material
+
+# Share of mu F_n above which a tip slides as a whole.
+SLIP_SHARE = 0.9
+# Relative error that a number may state without a caution.
+CAUTION_ERROR = 0.02
+TITLES = {
+    "contact_time_s": "time of contact",
+    "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
+    "peak_normal_force_N": "peak normal force",
+    "peak_normal_force_time_s": "time of the peak",
+    "peak_tangential_force_N": "peak tangential force",
+    "contact_duration_s": "contact duration",
+    "normal_impulse_N_s": "normal impulse",
+    "peak_stress_R_Pa": "peak stress at R",
+}
+"""The numbers with an estimate, by the summary's fields."""
+
+
+def imprecise(
+    summary: Summary,
+    errors: Mapping[str, float | tuple[float, float]],
+    of_mesh: Mapping[str, float],
+    edge_over_patch: float,
+) -> tuple[str, ...]:
+    """A line that names numbers with relative errors above `CAUTION_ERROR`, and asks for a finer
+    mesh where that may remove half of one.
+
+    of_mesh : parts of errors that it may reduce. edge_over_patch : see `mesh_error.Resolution`
+    """
+    found = _shares(summary, errors)
+    names = sorted((name for name in found if found[name] > CAUTION_ERROR), key=found.__getitem__)
+    poor = {name: found[name] for name in reversed(names)}
+    if not poor:
+        return ()
+    known = ", ".join(f"{TITLES[name]} {percent(share)}" for name, share in poor.items())
+    line = f"estimated errors beyond {percent(CAUTION_ERROR)}: {known}"
+    by_mesh = _shares(summary, of_mesh)
+    if any(0.5 * poor[name] <= by_mesh.get(name, 0.0) < math.inf for name in poor):
+        line += (
+            f"; an edge where it touches is {edge_over_patch:.2g} of the patch's radius: refine "
+            "the mesh, there first (solver.fem.tip_size)"
+        )
+    return (line,)
+
+
+def flutter(
+    forces: ForceRecord, friction: float, material: Material, edge: float, patch: float
+) -> tuple[str, ...]:
+    """A caution if an undamped tip slides on a mesh fine enough to show that it flutters.
+
+    edge : edge length at the contact, m. patch : Hertz's radius, m
+    """
+    normal, tangential = forces.normal_force_N, forces.tangential_force_N
+    pushed = normal > 0.5 * normal.max(initial=0.0)
+    slides = np.abs(tangential[pushed]) > SLIP_SHARE * friction * normal[pushed]
+    damped = friction < FLUTTER_FRICTION or material.relaxation_time > 0.0
+    if damped or edge > EDGE * patch or not slides.any():
+        return ()
+    time_s = RELAXATION_SHARE * patch / material.bar_speed
+    return (
+        "a sliding elastic tip flutters, and meshes this fine do not converge: of 74 fingers 20 "
+        "had a peak or an impulse more than 1 % off, by up to 11 %; set "
+        f"material.relaxation_time = {time_s:.2g}, as runs that are given an accuracy do",
+    )
+
+
+def _shares(
+    summary: Summary, errors: Mapping[str, float | tuple[float, float]]
+) -> dict[str, float]:
+    """Relative errors, by name: the largest component over the magnitude of the number."""
+    return {
+        name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
+        for name, error in errors.items()
+    }
+
+
+def percent(share: float) -> str:
+    """A share as text, in per cent with two digits; "unknown" if infinite."""
+    if share == math.inf:
+        return "unknown"
+    return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

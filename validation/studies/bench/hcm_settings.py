@@ -13,10 +13,13 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+import hcm
 from validation.compare.tap_errors import TapQuantities
+from validation.models.hcm import hcm_scene
+from validation.scenes.load import load_scene
 from validation.studies.bench.hcm_truth import impact_start, solve_impact
 from validation.studies.bench.truths import TAP_ELEMENTS
-from validation.studies.bench.work_precision import Options, Setting, Solution, Solver, simulation
+from validation.studies.bench.work_precision import Options, Setting, Solution, Solver
 
 # `hcm.Settings`: error control in flight and contact; each series changes what its name says.
 BASE: Options = {
@@ -79,12 +82,11 @@ def tap_and_contact_settings(quick: bool) -> list[Setting]:
 
 
 def _prepare(setting: Setting) -> Callable[[], Any]:
-    run = simulation("hcm", setting.overrides())
-    if setting.study != "contact":
-        return run
-    (scene,) = run.args
-    start = impact_start(scene.surface.height, scene.finger.phalanges[0].length)
-    return partial(run.func, replace(scene, start=start))
+    scene = hcm_scene(load_scene("soft", setting.overrides()), estimate=False)
+    if setting.study == "contact":
+        start = impact_start(scene.surface.height, scene.finger.phalanges[0].length)
+        scene = replace(scene, start=start)
+    return partial(hcm.simulate_scene, scene)
 
 
 def _read(result: Any) -> Solution:

@@ -75,12 +75,29 @@ def short_phases(history: History, events: tuple[Event, ...], kinds: tuple[str, 
     return sum(int(b) - int(a) < LEAST_PHASE_STEPS for a, b in pairwise(rows))
 
 
+def smooth_difference(history: History, events: tuple[Event, ...], first: int, end: int) -> float:
+    """`second_difference` without the rows next to an event, where the force of a tip that relaxes
+    has a kink, or rises with the root of the time.
+    """
+    time, force = history.time_s, history.normal_force_N
+    rows = [first, *(int(time.searchsorted(e.time_s)) for e in events), end]
+    largest, peak = 0.0, float(force[first:end].max(initial=0.0))
+    for begin, stop in pairwise(sorted(rows)):
+        if stop - begin >= 6:
+            swing = second_difference(time, force, begin + 2, stop - 1)
+            largest = max(largest, swing * float(force[begin + 2 : stop - 1].max()) / peak)
+    return largest
+
+
 def judge_steps(
-    history: History, events: tuple[Event, ...], summary: Summary, settings: Settings
-) -> tuple[Status, str, tuple[str, ...]]:
+    history: History, events: tuple[Event, ...], summary: Summary, settings: Settings,
+    relaxes: bool = False,
+) -> tuple[Status, str, tuple[str, ...]]:  # fmt: skip
     """Return COMPLETED or why the first tap is not a result, the details of that, and cautions.
 
     Only an end time leaves a completed run without a tap, or its first tap without a separation.
+
+    relaxes : whether the tip's material does.
     """
     contact, duration = summary.contact_time_s, summary.contact_duration_s
     if contact is None:
@@ -89,7 +106,11 @@ def judge_steps(
         return Status.STILL_IN_CONTACT, "; end_time cuts the first tap", ()
     time, over = history.time_s, contact + duration
     first, end = int(time.searchsorted(contact)), int(time.searchsorted(over, side="right"))
-    swing = second_difference(time, history.normal_force_N, first, end)
+    tap = tuple([e for e in events if contact <= e.time_s <= over])
+    if relaxes:
+        swing = smooth_difference(history, tap, first, end)
+    else:
+        swing = second_difference(time, history.normal_force_N, first, end)
     in_one = settings.contact_integrator == GAUSS and settings.stages >= LEAST_STAGES
     error = collocation_error(settings.stages, swing) if in_one else swing / 12
     controlled = settings.contact_tolerance > 0.0
@@ -103,7 +124,6 @@ def judge_steps(
         if error > LARGEST_TIME_ERROR:
             return Status.UNRESOLVED, f"; {long}", ()
         cautions.append(f"{long}; {remedy}")
-    tap = tuple([e for e in events if e.time_s <= over])
     for kinds in () if in_one else (REVERSALS, CHANGES):
         if short := short_phases(history, tap, kinds):
             counts = ", ".join(f"{kind} {sum(e.kind == kind for e in tap)}" for kind in kinds)

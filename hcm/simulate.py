@@ -148,8 +148,9 @@ def _result(
     summary = summarize(history, events, taps, residual, rows_between(settings))
     doubt = ""
     cautions: tuple[str, ...] = ()
+    relaxes = scene.assumptions.has("hertz") and scene.finger.phalanges[-1].relaxation_time > 0
     if status is Status.COMPLETED:
-        status, doubt, cautions = judge_steps(history, events, summary, settings)
+        status, doubt, cautions = judge_steps(history, events, summary, settings, relaxes)
         if taps and scene.assumptions.any:
             touched = [event.kind for event in events].index("contact")
             slope = q[touched, model.chain.tip + 2 :]

@@ -84,7 +84,7 @@ def summarize(
     """Reduce a run to the scalars of its first tap, and the run's energy residual.
 
     taps : first touch and last separation of each (`tap.taps_of`). stages : in each step in
-    contact, with a row each; the largest F_n is then at v_n = 0, a located event.
+    contact, with a row each; the largest F_n is then most often at v_n = 0, a located event.
     """
     if not taps:
         return Summary(
@@ -97,11 +97,14 @@ def summarize(
     first, end, largest_fn, largest_ft, largest_stress, impulse, lowest, highest = extremes(
         time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
     )
-    if stages:
+    # of a tip that relaxes F_n is largest before v_n = 0
+    turns = {e.time_s for e in events if e.kind == "compression_to_restitution"}
+    if stages and float(time[largest_fn]) in turns:
         peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
-        impulse = stage_impulse(time, fn, history.mode, tableau(stages).b, first, end)
     else:
         peak_time, peak = vertex(time, fn, first, end, largest_fn)
+    if stages:
+        impulse = stage_impulse(time, fn, history.mode, tableau(stages).b, first, end)
     of_tap = [e for e in events if e.time_s <= last]
     kinds = [e.kind for e in of_tap]
     first_peak = None

@@ -26,12 +26,12 @@ springs that stick is at most mu times the whole F_n.
 
 A material with Kelvin-Voigt damping, stress E (strain + tau strain rate), multiplies each elastic
 field by 1 + tau d/dt, and so Hertz's force on the patch that it has (Brilliantov, Spahn, Hertzsch
-and Poeschel 1996, eq. 17):
+and Poeschel 1996, eq. 17), Mindlin's, and what the tip's own compliance takes:
 
-    F_n += -tau k g.,      which dissipates tau k g.^2.
+    F += tau dF/dt,      dF/dt = dF/d(X, u_Y) (X., u_Y.) of the springs.
 
 The tip leaves where the whole F_n vanishes; what its springs still hold then is lost as the surface
-relaxes (`unrecovered_energy`). F_t has no such part of its own.
+relaxes (`unrecovered_energy`).
 """
 
 import math
@@ -164,27 +164,34 @@ def has_rate_force(law: RoundTipLaw) -> bool:
 
 
 @kernel
-def rate_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
-    """D k^2 + tau k, N s/m, where the springs are at u_Y = gap."""
+def radiation_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
+    """D k^2, N s/m, where the springs are at u_Y = gap."""
     k = normal_slope(gap, contact, law)
     share = law.restitution * law.restitution if contact.normal_mode == RESTITUTION else 1.0
-    return (share * law.radiation * k + law.relaxation) * k
+    return share * law.radiation * k * k
 
 
 @kernel
 def rate_force(
-    gap: float, ft: float, fn: float, vn: float, contact: ContactState, law: RoundTipLaw
-) -> tuple[float, float]:
-    """(F_t, F_n), N, that a tip which radiates or relaxes and moves up with vn = g. adds to the
-    force (ft, fn) of its springs at u_Y = gap.
+    x: float, gap: float, ft: float, fn: float, q: Floats, v: Floats, tip: int,
+    contact: ContactState, law: RoundTipLaw,
+) -> tuple[float, float]:  # fmt: skip
+    """(F_t, F_n), N, that a tip which radiates or relaxes adds to the force (ft, fn) of its springs
+    at (X, u_Y) = (x, gap).
     """
     if contact.normal_mode == FLIGHT or not has_rate_force(law):
         return 0.0, 0.0
-    more = max(-rate_damping(gap, contact, law) * vn, -fn)
+    more, along = -radiation_damping(gap, contact, law) * v[tip + 1], 0.0
+    if law.relaxation > 0.0:
+        vt, vn = contact_velocity(q, v, tip, contact, law)
+        _, _, tx, ty, ny = force_and_slopes(x, gap, contact, law)
+        more += law.relaxation * ny * vn
+        along = law.relaxation * (tx * vt + ty * vn)
+    more = max(more, -fn)
     if contact.tangential_mode == SLIP:
         return -contact.slip_sign * law.mu * more, more
     held = law.mu * (fn + more)
-    return min(max(ft, -held), held) - ft, more
+    return min(max(ft + along, -held), held) - ft, more
 
 
 @kernel
@@ -194,7 +201,7 @@ def tip_force(
     """(F_t, F_n) of the surface on the tip, N."""
     x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
-    more_t, more_n = rate_force(y, ft, fn, v[tip + 1], contact, law)
+    more_t, more_n = rate_force(x, y, ft, fn, q, v, tip, contact, law)
     return ft + more_t, fn + more_n
 
 
@@ -203,17 +210,18 @@ def rate_power(q: Floats, v: Floats, tip: int, contact: ContactState, law: Round
     """Power that the tip radiates and its material dissipates, W, without friction's, F_t V_P.
 
     Sticking springs that are stretched on, while F_t is limited below their force, store more than
-    the tip gives them: this stays in the energy balance instead of counting as a negative loss.
+    the tip gives them. If the tip radiates, this stays in the energy balance instead of counting as
+    a negative loss; if it relaxes, `unrecovered_energy` counts it in the end.
     """
     x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
-    more_t, more_n = rate_force(y, ft, fn, v[tip + 1], contact, law)
+    more_t, more_n = rate_force(x, y, ft, fn, q, v, tip, contact, law)
     power = -more_n * v[tip + 1]
     if more_t != 0.0:
         vt, vn = contact_velocity(q, v, tip, contact, law)
         along = v[tip] + arm(law) * spin(q, v, tip)
-        slid = along - particle_velocity(y, vt, vn, contact, law)
-        power += max(-more_t * slid, 0.0)
+        slid = -more_t * (along - particle_velocity(y, vt, vn, contact, law))
+        power += slid if law.relaxation > 0.0 else max(slid, 0.0)
     return power
 
 
@@ -242,10 +250,14 @@ def subtract_force(
 def add_rate(
     q: Floats, weight: float, tip: int, contact: ContactState, law: RoundTipLaw, rows: Floats
 ) -> None:
-    """Add -weight dF_n/dg. to `rows`."""
+    """Add -weight dF_n/dg. and -weight dF_t/dX. to `rows`."""
     if contact.normal_mode != FLIGHT and has_rate_force(law):
         _, y = contact_position(q, tip, contact, law)
-        damping = rate_damping(y, contact, law)
+        damping = radiation_damping(y, contact, law)
+        if law.relaxation > 0.0:
+            _, tx, _, _, ng = tip_slopes(q, tip, contact, law)
+            damping -= law.relaxation * ng
+            rows[HALF_BANDWIDTH + tip, HALF_BANDWIDTH] -= weight * law.relaxation * tx
         rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * damping
 
 

@@ -8,6 +8,8 @@ import numpy as np
 from validation.curve_files.samples import Floats
 
 UNKNOWN = (np.inf, np.inf)  # of both ends
+EQUAL = 3  # pairs of equal neighbours in rounded samples: exact ones have two at most, at a peak
+LARGEST_ALIKE = 0.99  # correlation of neighbours, beyond which a zero line drifts
 
 
 @dataclass(frozen=True)
@@ -15,12 +17,14 @@ class ZeroLine:
     """A force where nothing touches, N.
 
     zero : its median, which edges of a tap hardly move. known : three standard deviations of that.
-    scatter : one standard deviation of a sample, by the median of what samples are off.
+    scatter : one standard deviation of a sample, by the median of what samples are off. lasting :
+    factor on the deviation of a mean of samples, by how alike neighbours are; 1 if independent.
     """
 
     zero: float
     known: float
     scatter: float
+    lasting: float = 1.0
 
     @property
     def offset(self) -> float:
@@ -33,8 +37,27 @@ def zero_line(idle: Floats) -> ZeroLine:
     if not idle.size:
         return ZeroLine(0.0, 0.0, 0.0)
     zero = float(np.median(idle))
-    scatter = 1.4826 * float(np.median(np.abs(idle - zero)))
-    return ZeroLine(zero, 3.0 * 1.2533 * scatter / math.sqrt(idle.size), scatter)
+    off = idle - zero
+    scatter = 1.4826 * float(np.median(np.abs(off)))
+    alike = float(off[1:] @ off[:-1]) / max(float(off @ off), 1e-300)  # of noise of order one
+    lasting = math.sqrt((1.0 + alike) / (1.0 - alike)) if 0.0 < alike < LARGEST_ALIKE else 1.0
+    known = 3.0 * 1.2533 * scatter * lasting / math.sqrt(idle.size)
+    return ZeroLine(zero, known, scatter, lasting)
+
+
+def quantum(force: Floats) -> float:
+    """Step of samples that are rounded to one, N: the smallest difference of two values, if some
+    neighbours are equal; 0 if they are not rounded so.
+    """
+    equal = (np.diff(force) == 0.0) & (force[1:] != 0.0)
+    return float(np.diff(np.unique(force)).min()) if equal.sum() >= EQUAL else 0.0
+
+
+def lone_peak(normal: Floats, allowed: float) -> float:
+    """By how much the largest sample stands above both neighbours, N, if more than `allowed`."""
+    top = int(np.argmax(normal))
+    above = float(normal[top] - normal[top - 1 : top + 2 : 2].max())
+    return above if above > allowed else 0.0
 
 
 def excess(force: Floats, scatter: float) -> float:
@@ -47,13 +70,14 @@ def excess(force: Floats, scatter: float) -> float:
 
 
 def normal_force_errors(
-    time: Floats, normal: Floats, sigma: Floats, least: float, line: ZeroLine
+    time: Floats, normal: Floats, sigma: Floats, least: float, line: ZeroLine, step: float = 0.0
 ) -> dict[str, float]:
     """What one standard deviation, correlated all along a tap, and its samples mean for it.
 
     - peak: sigma there, what n samples of a half sine may miss of it, which are no further apart
-      than T/m, m = n - 1 of even n and n of odd: 1/cos(pi/2/m) - 1; what scatter adds (`excess`)
-      and the zero line; its time: how far away the force is as high within sigma and scatter
+      than T/m, m = n - 1 of even n and n of odd: 1/cos(pi/2/m) - 1; what scatter (`excess`),
+      rounding, the zero line and a stray sample (`lone_peak`) add; its time: how far away the force
+      is as high within sigma and scatter
     - impulse: the integral of sigma, the trapezoid's (pi/n)^2/12, scatter from sample to sample
       and the zero line
     - start, end: how long the force is no more than the threshold, sigma and twice the scatter
@@ -61,8 +85,9 @@ def normal_force_errors(
       longer than it then takes to three times that, linear or as Hertz's t^(3/2)
 
     time, normal, sigma : (n,), s and N, of the tap with a sample without force at both ends.
-    least : up to it nothing touches, N.
+    least : up to it nothing touches, N. step : of rounded samples, N, which hide half of it.
     """
+    least = max(least, 0.5 * step)
     top, off = int(np.argmax(normal)), sigma + 2.0 * line.scatter
     seen = np.flatnonzero(normal > least + off)
     ends = np.array((time[seen[0]] - time[0], time[-1] - time[seen[-1]]) if seen.size else UNKNOWN)
@@ -80,7 +105,13 @@ def normal_force_errors(
     missed = (1.0 / np.cos(0.5 * np.pi / parts) - 1.0) * normal[top] if parts > 1 else np.inf
     rule = (np.pi / samples) ** 2 / 12.0 * np.trapezoid(normal, time) if parts > 1 else np.inf
     rule += least * unseen.sum()
-    scattered = line.scatter * math.sqrt(float((np.diff(time) ** 2).sum()))
+    # a rounded top is flat, and up to half a step off as long as it is
+    rule += 0.25 * step * float(np.diff(time)[normal[1:] + step >= normal[top]].sum())
+    scattered = line.scatter * line.lasting * math.sqrt(float((np.diff(time) ** 2).sum()))
+    raised += 0.5 * step
+    # a half sine's neighbours are no more than four times as far below its largest sample
+    usual = 4.0 * missed + 3.0 * (raised + float(np.median(np.abs(np.diff(normal)))))
+    raised += lone_peak(normal, usual)
     known = math.hypot(float(np.trapezoid(sigma, time)), rule, scattered)
     return {
         "contact_time_s": float(ends[0]),

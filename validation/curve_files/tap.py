@@ -3,7 +3,13 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.curve_files.sample_errors import excess, normal_force_errors, zero_line
+from validation.curve_files.sample_errors import (
+    excess,
+    lone_peak,
+    normal_force_errors,
+    quantum,
+    zero_line,
+)
 from validation.curve_files.samples import Floats, Samples
 from validation.curve_files.sidecar import Sidecar
 from validation.errors import UserError
@@ -13,6 +19,7 @@ COARSE = 10.0  # an interval over the tap's median one that is worth a line
 # Samples of a first touch, and times its force a later one has, beside which it is scatter.
 SCATTER_SAMPLES, SCATTER_RATIO = 2, 3.0
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
+LONE = 0.05  # of the peak, by which one sample above its neighbours is worth a line
 RAISED = 0.01  # of the peak, what scatter may raise it by that is worth a line
 AXES = ("normal_force", "tangential_force")
 
@@ -41,8 +48,9 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     errors, notes = {}, [*filter(None, [sidecar.source]), *samples.notes]
     if (sigma := forces.get("normal_force_sigma")) is not None:
         errors = normal_force_errors(
-            time[tap], contact["normal_force"][tap], sigma[tap], least, line
+            time[tap], contact["normal_force"][tap], sigma[tap], least, line, quantum(normal[tap])
         )
+        errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
     if tangential is not None and (deviation := forces.get("tangential_force_sigma")) is not None:
         pulled = contact["tangential_force"][tap]
         errors["peak_tangential_force_N"] = float(
@@ -79,6 +87,11 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         notes.append(
             f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
             f"{raised / body:.2g} N: filter them; errors include it"
+        )
+    if lone := lone_peak(normal[tap], LONE * normal[tap].max() + raised):
+        notes.append(
+            f"the largest sample, {normal[tap].max():.4g} N, stands {lone / body:.2g} N above both "
+            "its neighbours: if it is stray, take it out"
         )
     notes += _intervals(samples, time, tap)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
@@ -182,6 +195,13 @@ def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
     unsaid = [key for key in ("half_model", "time_offset_s") if key not in sidecar.model_fields_set]
     remedy = f" (else {beside}: {', '.join(unsaid)})" if unsaid else ""
     return f"forces {body}, times {since}{remedy}"
+
+
+def _stray_end(time: Floats, touches: NDArray[np.bool_]) -> float:
+    """How much later a tap ends by last touches of `SCATTER_SAMPLES` or fewer, s."""
+    ends = np.flatnonzero(np.diff(touches)).reshape(-1, 2)
+    solid = [end for begin, end in ends if end - begin > SCATTER_SAMPLES]
+    return float(time[ends[-1, 1]] - time[solid[-1]]) if solid else 0.0
 
 
 def _intervals(samples: Samples, time: Floats, tap: slice) -> list[str]:

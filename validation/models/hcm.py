@@ -21,6 +21,7 @@ WARM_UP = (
     "surface.height=0.01",
 )
 REFINED = "solver.hcm.assumptions='refined'"
+OVERRIDDEN = "solver.hcm.assumptions = 'paper' has no effect on {}: use --model hcm"
 
 
 def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
@@ -166,6 +167,7 @@ class Reduced:
         from hcm.chosen import choose
 
         del checkpoint
+        own = scene.tables.solver.hcm.assumptions
         if self.overrides:
             scene = changed_scene(scene.name, scene.document, self.overrides, scene.name)
         given = hcm_scene(scene, estimate=True)
@@ -200,9 +202,11 @@ class Reduced:
         solve_time = result.statistics.wall_time_s
         estimate_time = time.perf_counter() - start - solve_time
         record = to_record(result, scene, self.name, "", solve_time)
-        return Outcome(
-            replace(record, statistics={**record.statistics, "estimate_time_s": estimate_time})
-        )
+        message = record.message
+        if own == "paper" and self.overrides and record.ok:
+            message = "; ".join(filter(None, (message, OVERRIDDEN.format(self.name))))
+        statistics = {**record.statistics, "estimate_time_s": estimate_time}
+        return Outcome(replace(record, message=message, statistics=statistics))
 
 
 HCM, HCM_REFINED = Reduced("hcm"), Reduced("hcm-refined", (REFINED,))

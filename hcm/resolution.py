@@ -14,6 +14,8 @@ collocation by s stages. Two estimates of omega h:
 import math
 from itertools import pairwise
 
+import numpy as np
+
 from hcm.arrays import Floats
 from hcm.compiled import kernel_with
 from hcm.parameters import GAUSS, Settings
@@ -77,16 +79,17 @@ def short_phases(history: History, events: tuple[Event, ...], kinds: tuple[str, 
 
 def smooth_difference(history: History, events: tuple[Event, ...], first: int, end: int) -> float:
     """`second_difference` without the rows next to an event, where the force of a tip that relaxes
-    has a kink, or rises with the root of the time.
+    has a kink, or rises with the root of the time; of the whole tap if events leave no others.
     """
     time, force = history.time_s, history.normal_force_N
     rows = [first, *(int(time.searchsorted(e.time_s)) for e in events), end]
-    largest, peak = 0.0, float(force[first:end].max(initial=0.0))
+    largest, peak = -math.inf, float(force[first:end].max(initial=0.0))
     for begin, stop in pairwise(sorted(rows)):
-        if stop - begin >= 6:
-            swing = second_difference(time, force, begin + 2, stop - 1)
-            largest = max(largest, swing * float(force[begin + 2 : stop - 1].max()) / peak)
-    return largest
+        part = slice(begin + 2, stop - 1)
+        if np.unique(time[part]).size >= 3:
+            swing = second_difference(time, force, part.start, part.stop)
+            largest = max(largest, swing * float(force[part].max()) / peak)
+    return largest if largest >= 0.0 else second_difference(time, force, first, end)
 
 
 def judge_steps(

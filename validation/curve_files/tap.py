@@ -4,6 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.curve_files.sample_errors import (
+    ZeroLine,
     excess,
     lone_peak,
     normal_force_errors,
@@ -79,20 +80,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"{normal[tap].max():.4g} N where the largest has {normal.max():.4g} N (if some are "
             "scatter, raise threshold_N)"
         )
-    if line.offset:
-        notes.append(
-            f"the zero line lies at {line.zero / body:.2g} N: subtract it; errors include it"
-        )
-    if (raised := excess(normal[tap], line.scatter)) > RAISED * normal[tap].max():
-        notes.append(
-            f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
-            f"{raised / body:.2g} N: filter them; errors include it"
-        )
-    if lone := lone_peak(normal[tap], LONE * normal[tap].max() + raised):
-        notes.append(
-            f"the largest sample, {normal[tap].max():.4g} N, stands {lone / body:.2g} N above both "
-            "its neighbours: if it is stray, take it out"
-        )
+    notes += _quality(normal[tap], line, body)
     notes += _intervals(samples, time, tap)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
     if not errors:
@@ -195,6 +183,29 @@ def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
     unsaid = [key for key in ("half_model", "time_offset_s") if key not in sidecar.model_fields_set]
     remedy = f" (else {beside}: {', '.join(unsaid)})" if unsaid else ""
     return f"forces {body}, times {since}{remedy}"
+
+
+def _quality(normal: Floats, line: ZeroLine, body: float) -> list[str]:
+    """Lines of an offset of the zero line, of scatter, and of a stray largest sample; normal : of
+    the tap.
+    """
+    notes, peak, raised = [], float(normal.max()), excess(normal, line.scatter)
+    if line.offset:
+        notes.append(
+            f"the zero line lies at {line.zero / body:.2g} N: subtract it; errors include it"
+        )
+    if raised > RAISED * peak:
+        notes.append(
+            f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
+            f"{raised / body:.2g} N: filter them; errors include it"
+        )
+    lone = lone_peak(normal, LONE * peak + raised) if normal.size > FEW + 2 else 0.0
+    if lone:
+        notes.append(
+            f"the largest sample, {peak:.4g} N, stands {lone / body:.2g} N above both its "
+            "neighbours: if it is stray, take it out; errors include it"
+        )
+    return notes
 
 
 def _stray_end(time: Floats, touches: NDArray[np.bool_]) -> float:

@@ -64,11 +64,14 @@ def broken(run: Run, scene: Scene, history: Path) -> list[str]:
 
 
 def _of_history(rows: Mapping[str, Any], run: Run, scene: Scene) -> dict[str, bool]:
-    step = "step_" if "step_time_s" in rows else ""  # solids: every step's forces
+    step = "step_" if "step_time_s" in rows else ""  # every step's forces, or more
     time, normal = rows[step + "time_s"], rows[step + "normal_force_N"]
     peak, start = run["peak_normal_force_N"], run["contact_time_s"]
     end = start + run["contact_duration_s"]
-    tap = (time >= start * (1 - ROUND_OFF)) & (time <= end * (1 + ROUND_OFF))
+    tap, sampled = (
+        (of >= start * (1 - ROUND_OFF)) & (of <= end * (1 + ROUND_OFF))
+        for of in (time, rows["time_s"])
+    )
     numbers = [array for array in rows.values() if array.dtype.kind == "f"]
     if not tap.any() or not all(np.isfinite(array).all() for array in numbers):
         return {"a history that is not finite, or without the tap": True}
@@ -78,15 +81,15 @@ def _of_history(rows: Mapping[str, Any], run: Run, scene: Scene) -> dict[str, bo
     integral = np.trapezoid(normal[tap], time[tap]) if step else _integral(time[tap], normal[tap])
     found = {
         "time runs back": (np.diff(time) < 0).any(),
-        "the surface pulls": (normal < -1e-6 * peak).any(),
+        "the surface pulls": min(normal.min(), rows["normal_force_N"].min()) < -1e-6 * peak,
         "another peak than in the history": abs(normal[tap].max() / peak - 1) > SAMPLED,
         "another impulse than the force's integral": abs(integral / run["normal_impulse_N_s"] - 1)
         > SAMPLED,
         "energy below zero": any((rows[f"{n}_energy_J"] < least).any() for n in ENERGIES[:2]),
     }
     if run["model"] == "hcm":
-        found |= _of_beams({name: rows[name][tap] for name in rows if len(rows[name]) == len(tap)},
-                           scene)  # fmt: skip
+        history = {name: rows[name][sampled] for name in rows if len(rows[name]) == len(sampled)}
+        found |= _of_beams(history, scene)
     return {what: bool(is_so) for what, is_so in found.items()}
 
 

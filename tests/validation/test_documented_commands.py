@@ -34,6 +34,7 @@ STANDS_FOR = {"SCENE": "soft", "NAME.toml": "finger.toml", "PLAN.toml": "plan.to
 QUICK = (
     "--help", "schema", "new finger.toml", "identify", "identify torque",
     "run soft --model hcm", "run soft --model hcm --set surface.friction=0.7",
+    "run soft --model hcm-refined --set material.relaxation_time=1e-5",
     "run soft --model hcm --accuracy 1e-4", "run finger.toml --model hcm",
     "run soft --model hcm --set solver.hcm.assumptions=refined", "run soft --model mine",
     "run soft --model fem3d --set solver.fem.preset=fast",

@@ -10,14 +10,27 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hcm.arrays import Floats
+from hcm.compiled import kernel_with
 from hcm.integrators.gauss_tableau import tableau
 from hcm.parameters import GAUSS
 
 # Parts of the time between two rows: the straight lines of a tap of three steps of eight stages are
 # then 1e-5 of its peak off (5 stages: 4e-5).
 PARTS = 8
+
+
+@kernel_with()
+def next_contact_step(i: int, time: Floats, mode: NDArray[np.int8], rows: int, end: int) -> int:
+    """The row, from i on, that begins a step in contact; its `rows` others, of its stages and its
+    end, come before row `end`, which is returned if there is no such step.
+    """
+    # neither in flight, nor one of two rows of one moment
+    while i + rows < end and (mode[i] < 3 or time[i + 1] == time[i]):
+        i += 1
+    return i if i + rows < end else end
 
 
 @dataclass(frozen=True)
@@ -40,14 +53,10 @@ def force_curve(history: Any, given: Mapping[str, Any]) -> ForceCurve | None:
     if settings.contact_integrator != GAUSS:
         return None
     stages, time, mode = settings.stages, history.time_s, history.mode
-    starts, i = [], 0
-    while i + stages + 1 < time.size:
-        # a step has a row for each stage, strictly between those of its ends
-        if mode[i] >= 3 and time[i + 1] > time[i]:
-            starts.append(i)
-            i += stages + 1
-        else:
-            i += 1
+    starts, i = [], next_contact_step(0, time, mode, stages + 1, time.size)
+    while i < time.size:
+        starts.append(i)
+        i = next_contact_step(i + stages + 1, time, mode, stages + 1, time.size)
     if not starts:
         return None
     places, weights = _interpolation(stages)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from hcm.arrays import Floats
 from hcm.compiled import kernel_with
 from hcm.contact.law import SLIP
+from hcm.force_curve import next_contact_step
 from hcm.integrators.gauss_tableau import tableau
 from hcm.result import Event, History, Summary
 
@@ -63,14 +64,12 @@ def stage_impulse(
     """Int F_n dt over the rows [first, end), N s, by the quadrature of steps whose stages have rows
     between those of their ends.
     """
-    total, i, rows = 0.0, first, weights.size + 1
-    while i + rows < end:
-        if mode[i] < 3 or time[i + 1] == time[i]:  # in flight, or two rows of one moment
-            i += 1
-            continue
+    total, rows = 0.0, weights.size + 1
+    i = next_contact_step(first, time, mode, rows, end)
+    while i < end:
         for j in range(weights.size):
             total += (time[i + rows] - time[i]) * weights[j] * force[i + 1 + j]
-        i += rows
+        i = next_contact_step(i + rows, time, mode, rows, end)
     return total
 
 

@@ -28,7 +28,7 @@ A material with Kelvin-Voigt damping, stress E (strain + tau strain rate), multi
 field by 1 + tau d/dt, and so Hertz's force on the patch that it has (Brilliantov, Spahn, Hertzsch
 and Poeschel 1996, eq. 17), Mindlin's, and what the tip's own compliance takes:
 
-    F += tau dF/dt,      dF/dt = dF/d(X, u_Y) (X., u_Y.) of the springs.
+    F += tau dF/dt,      dF/dt = dF/d(X, g) (X., g.) = dF/d(X, u_Y) (X., u_Y.) of the springs.
 
 The tip leaves where the whole F_n vanishes; what its springs still hold then is lost as the surface
 relaxes (`unrecovered_energy`).
@@ -151,6 +151,22 @@ def contact_velocity(
 
 
 @kernel
+def tip_slopes(
+    q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float, float, float, float]:
+    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
+    x, y = contact_position(q, tip, contact, law)
+    ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
+    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
+    det = a * d - b * c
+    return (
+        ft,
+        (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det,
+    )  # fmt: skip
+
+
+@kernel
 def axis_end(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
     """The pole, R beyond C along r', m; with v for q, its velocity, m/s."""
     beyond = law.radius if law.lowest else 0.0
@@ -173,20 +189,20 @@ def radiation_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> fl
 
 @kernel
 def rate_force(
-    x: float, gap: float, ft: float, fn: float, q: Floats, v: Floats, tip: int,
-    contact: ContactState, law: RoundTipLaw,
+    gap: float, ft: float, fn: float, q: Floats, v: Floats, tip: int, contact: ContactState,
+    law: RoundTipLaw,
 ) -> tuple[float, float]:  # fmt: skip
     """(F_t, F_n), N, that a tip which radiates or relaxes adds to the force (ft, fn) of its springs
-    at (X, u_Y) = (x, gap).
+    at u_Y = gap.
     """
     if contact.normal_mode == FLIGHT or not has_rate_force(law):
         return 0.0, 0.0
     more, along = -radiation_damping(gap, contact, law) * v[tip + 1], 0.0
     if law.relaxation > 0.0:
-        vt, vn = contact_velocity(q, v, tip, contact, law)
-        _, _, tx, ty, ny = force_and_slopes(x, gap, contact, law)
-        more += law.relaxation * ny * vn
-        along = law.relaxation * (tx * vt + ty * vn)
+        _, tx, tg, nx, ng = tip_slopes(q, tip, contact, law)
+        vt, vn = v[tip] + arm(law) * spin(q, v, tip), v[tip + 1]
+        more += law.relaxation * (nx * vt + ng * vn)
+        along = law.relaxation * (tx * vt + tg * vn)
     more = max(more, -fn)
     if contact.tangential_mode == SLIP:
         return -contact.slip_sign * law.mu * more, more
@@ -201,7 +217,7 @@ def tip_force(
     """(F_t, F_n) of the surface on the tip, N."""
     x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
-    more_t, more_n = rate_force(x, y, ft, fn, q, v, tip, contact, law)
+    more_t, more_n = rate_force(y, ft, fn, q, v, tip, contact, law)
     return ft + more_t, fn + more_n
 
 
@@ -215,7 +231,7 @@ def rate_power(q: Floats, v: Floats, tip: int, contact: ContactState, law: Round
     """
     x, y = contact_position(q, tip, contact, law)
     ft, fn = contact_force(x, y, contact, law)
-    more_t, more_n = rate_force(x, y, ft, fn, q, v, tip, contact, law)
+    more_t, more_n = rate_force(y, ft, fn, q, v, tip, contact, law)
     power = -more_n * v[tip + 1]
     if more_t != 0.0:
         vt, vn = contact_velocity(q, v, tip, contact, law)
@@ -259,22 +275,6 @@ def add_rate(
             damping -= law.relaxation * ng
             rows[HALF_BANDWIDTH + tip, HALF_BANDWIDTH] -= weight * law.relaxation * tx
         rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * damping
-
-
-@kernel
-def tip_slopes(
-    q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
-) -> tuple[float, float, float, float, float]:
-    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
-    x, y = contact_position(q, tip, contact, law)
-    ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
-    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
-    det = a * d - b * c
-    return (
-        ft,
-        (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det,
-    )  # fmt: skip
 
 
 @kernel

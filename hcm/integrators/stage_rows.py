@@ -49,8 +49,8 @@ def plain_friction(
     if has_rate_force(law) and contact.tangential_mode == SLIP:
         ft0, fn0 = contact_force(x0, y0, contact, law)
         ft1, fn1 = contact_force(x1, y1, contact, law)
-        more, _ = rate_force(x0, y0, ft0, fn0, old.q, old.v, tip, contact, law)
-        more += rate_force(x1, y1, ft1, fn1, new.q, new.v, tip, contact, law)[0]
+        more, _ = rate_force(y0, ft0, fn0, old.q, old.v, tip, contact, law)
+        more += rate_force(y1, ft1, fn1, new.q, new.v, tip, contact, law)[0]
         slid = particle_position(x1, y1, contact, law) - particle_position(x0, y0, contact, law)
         loss -= 0.5 * more * slid
     return loss

@@ -7,10 +7,11 @@ from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.contact import round_tip_kinematics, round_tip_law
 from hcm.contact.build import law_of
-from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, ContactState
+from hcm.contact.law import COMPRESSION, IN_FLIGHT, SLIP, STICK, ContactState
 from hcm.contact.round_tip_law import RoundTipLaw
 
 R, E, NU, MU = 0.0075, 1e9, 0.3, 0.5
+BALL = 1400.0 * 4 / 3 * np.pi * R**3  # kg
 TOUCH = ContactState(COMPRESSION, STICK, 0.0, 0.0, 0.0, 0.0)
 
 
@@ -43,3 +44,18 @@ def touched(tip: RoundTipLaw, angle: float = -0.7) -> RoundTipLaw:
     """The tip as its touch begins."""
     round_tip_kinematics.begin_mode(at(0.0, 0.0, angle), 0, IN_FLIGHT, TOUCH, tip)
     return tip
+
+
+def bounce(tip: RoundTipLaw, speed: float) -> tuple[float, float]:
+    """What a ball that falls on this tip loses by rates, J, and its kinetic energy as it leaves."""
+    y, v, step, lost = 0.0, -speed, 2e-8, 0.0
+    contact = TOUCH._replace(tangential_mode=SLIP, slip_sign=1.0)
+    while y <= 0.0:
+        half = v
+        for _ in range(3):  # the force depends on the speed: the midpoint rule, iterated
+            q, rate = at(0.0, -(y + 0.5 * step * half)), np.array([0.0, half, 0.0, 0.0])
+            force = round_tip_kinematics.tip_force(q, rate, 0, contact, tip)[1]
+            half = v + 0.5 * step * force / BALL
+        lost += step * round_tip_kinematics.rate_power(q, rate, 0, contact, tip)
+        y, v = y + step * half, v + step * force / BALL
+    return lost, 0.5 * BALL * v**2

@@ -27,6 +27,7 @@ from hcm.companion import (
     rescaled_settings,
     undamped_settings,
 )
+from hcm.contact.law import STICK
 from hcm.fall import bending_wave_stress, omitted_time
 from hcm.flight_band import flight_band, touch_band
 from hcm.parameters import GAUSS, Finger, Settings
@@ -171,8 +172,12 @@ def companion_errors(
         name: max(_apart(s, o, name), share * abs(getattr(s, name))) for name in FROM_SPEED
     }
     peak, at = s.peak_normal_force_N or 0.0, s.peak_normal_force_time_s or 0.0
+    # a velocity's error gives a force by an impedance; a sticking tip's is at most the normal one's
+    largest = int(np.abs(a.tangential_force_N[mine]).argmax())
+    sticks = bool((a.mode[mine][max(largest - 1, 0) : largest + 2] % 3 == STICK).any())
     of["peak_tangential_force_N"] = max(
         of["peak_normal_force_N"] / max(peak, 1e-300) * abs(s.peak_tangential_force_N or 0.0),
+        errors["tip_velocity_at_contact_m_per_s"][0] * peak / vn if sticks else 0.0,
         signed_error(a.tangential_force_N[mine], b.tangential_force_N[its]),
         between_rows(time, a.tangential_force_N[mine]),
     )

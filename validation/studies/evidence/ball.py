@@ -8,6 +8,7 @@ multiplied by the ratio of `mindlin`'s spins for 2/5 m R^2 and for J.
 
 import math
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -56,6 +57,17 @@ def hertz(speed: float, poisson: float) -> tuple[float, float]:
 def mesh_error(fine: float, coarse: float) -> float:
     """Error of the finer mesh's number, if it is of first order in the edges."""
     return abs(fine - coarse) / (COARSER - 1.0)
+
+
+@cache
+def bounces(
+    model: str, speed: float, x: float, poisson: float, snapshots: int = 8
+) -> tuple[Bounce, Bounce]:
+    """A model's bounce, and the one of a coarser mesh; hcm, which has none, has one bounce."""
+    if model == "hcm":
+        return (by_reduced_model(speed, x, poisson),) * 2
+    fine, coarse = (by_elements(speed, x, poisson, snapshots, by) for by in (1.0, COARSER))
+    return fine, coarse
 
 
 def by_elements(

@@ -14,11 +14,11 @@ from validation.studies.evidence import (
     measured_ball,
     oblique_ball,
     pendulum,
+    report,
     static_beam,
-    tap_figures,
     taps,
 )
-from validation.studies.evidence.report import Shown, difference_text, write_evidence
+from validation.studies.evidence.report import Shown, difference_text
 from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
 
 ROOMS = (static_beam, pendulum, hertz_ball, oblique_ball, measured_ball, taps)
@@ -43,10 +43,11 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
     with exclusive_folder(out / "evidence") as folder, progress_bar("evidence") as progress:
         store = Store(out / "store", fresh)
         shown = [look(piece, quick, store, progress) for piece in PIECES]
-        tap_figures.draw_forces(folder / "taps.png", Store(out / "store"))
-        for name in tap_figures.FIELDS_OF:
-            tap_figures.draw_field(folder / f"{name}.png", taps.TAPS[name], Store(out / "store"))
-        write_evidence(folder, shown)
+        stored = Store(out / "store")
+        report.draw_forces(folder / "taps.png", stored)
+        for name in report.FIELDS_OF:
+            report.draw_field(folder / f"{name}.png", taps.TAPS[name], stored)
+        report.write_evidence(folder, shown)
     for one in shown:
         output(f"{one.piece.level}: {one.piece.title} {one.why}")
         for row in one.rows:
@@ -67,7 +68,9 @@ def look(piece: Piece, quick: bool, store: Store, progress: Progress) -> Shown:
         if why:
             return Shown(piece, (), why)
         try:
-            found = store.obtain(inputs, list[EvidenceRow], lambda: piece.solve(progress, store))
+            found = store.obtain(
+                inputs, list[EvidenceRow], lambda: list(piece.solve(progress, store))
+            )
         except ArithmeticError as error:
             return Shown(piece, (), f"failed: {error}")
     return Shown(piece, tuple(found))

@@ -1,40 +1,33 @@
 """An elastic ball that hits a rigid wall squarely: Chung and Ooi (2011), test 2."""
 
 import math
-from functools import cache, partial
+from collections.abc import Iterator
+from functools import partial
 
 import numpy as np
 
 from hcm.arrays import Floats
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.ball import COARSER, Bounce, by_elements, by_reduced_model
+from validation.studies.evidence.ball import COARSER, Bounce, bounces
 from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
 RADIUS, YOUNG, POISSON, DENSITY, SPEED = 0.1, 70e9, 0.3, 2699.0, 0.2  # m, Pa, -, kg/m^3, m/s
 WAVE = math.sqrt(YOUNG / DENSITY)  # m/s
-# Names, units, printed values, and half a unit of their last digits.
+# Names, units, printed values, half a unit of their last digits, remarks.
 LARGEST = (
-    ("largest approach", "um", 49.7, 0.05), ("largest force", "N", 11370.0, 5.0),
-    ("duration", "us", 732.0, 0.5),
-)  # fmt: skip
+    ("largest approach", "um", 49.7, 0.05, ""),
+    ("largest force", "N", 11370.0, 5.0, ""),
+    ("duration", "us", 732.0, 0.5, ""),
+)
 # Approach (um) and force (N) during loading, by their finite elements; taken to be known to 1 % of
 # their figure's axis of 12 kN.
 LOADING = ((12.01, 1303.0), (21.03, 3101.0), (32.04, 5865.0), (40.98, 8360.0), (49.99, 11326.0))
 READING = 120.0
+STIFFNESS = 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * math.sqrt(RADIUS)  # Hertz, N/m^1.5
 SNAPSHOTS = 200
 STEPS = 5e-4  # relative error of hcm's numbers: two of its 4,000 steps
 MODELS = ("hcm", "fem3d")
-
-
-@cache
-def _bounces(model: str) -> tuple[Bounce, Bounce]:
-    """A model's bounce, and the one from which its error is estimated."""
-    speed = SPEED / WAVE
-    if model == "hcm":
-        return (by_reduced_model(speed, 0.0, POISSON),) * 2
-    fine, coarse = (by_elements(speed, 0.0, POISSON, SNAPSHOTS, by) for by in (1.0, COARSER))
-    return fine, coarse
 
 
 def _loads(bounce: Bounce) -> Floats:
@@ -53,7 +46,7 @@ def _largest(bounce: Bounce) -> Floats:
     return np.array([1e6 * depth, force, 1e6 * lasts])
 
 
-def rows(model: str, loading: bool, progress: Progress, _: Store) -> list[EvidenceRow]:
+def rows(model: str, loading: bool, progress: Progress, _: Store) -> Iterator[EvidenceRow]:
     """The force at each published approach during loading; or the largest values.
 
     The error of the stiffness due to edges h under a patch of radius a goes as h/a, so as one over
@@ -61,22 +54,19 @@ def rows(model: str, loading: bool, progress: Progress, _: Store) -> list[Eviden
     meshes are compared over all numbers, since they may agree by chance at a single one.
     """
     progress(0.0, f"Hertz's ball, {model}")
-    fine, coarse = map(_loads if loading else _largest, _bounces(model))
+    both = bounces(model, SPEED / WAVE, 0.0, POISSON, SNAPSHOTS)
+    fine, coarse = map(_loads if loading else _largest, both)
     patch = np.sqrt([micro for micro, _ in LOADING]) if loading else np.ones(len(LARGEST))
     apart = float(np.sqrt(np.mean(((fine - coarse) / fine * patch) ** 2))) / (COARSER - 1.0)
     error = fine * (STEPS if model == "hcm" else apart / patch)
-    if not loading:
-        return [
-            EvidenceRow(name, unit, model, stated, read, float(ours), float(known))
-            for (name, unit, stated, read), ours, known in zip(LARGEST, fine, error, strict=True)
-        ]
-    stiffness = 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * math.sqrt(RADIUS)
-    return [
-        EvidenceRow(
-            f"force at an approach of {micro:g} um", "N", model, stated, READING, float(ours),
-            float(known), f"Hertz {stiffness * (1e-6 * micro) ** 1.5:.4g} N")
-        for (micro, stated), ours, known in zip(LOADING, fine, error, strict=True)
-    ]  # fmt: skip
+    loads = (
+        (f"force at an approach of {micro:g} um", "N", stated, READING,
+         f"Hertz {STIFFNESS * (1e-6 * micro) ** 1.5:.4g} N")
+        for micro, stated in LOADING
+    )  # fmt: skip
+    given = zip(loads if loading else LARGEST, fine.tolist(), error.tolist(), strict=True)
+    for (name, unit, stated, read, remark), ours, known in given:
+        yield EvidenceRow(name, unit, model, stated, read, ours, known, remark)
 
 
 PIECES = tuple(

@@ -7,6 +7,7 @@ friction's impulse is 2/5 m R w'. Two elastic bodies amount to one of modulus E*
 """
 
 import math
+from collections.abc import Iterator
 
 from validation.harness.store import Store
 from validation.models.adapter import Progress
@@ -47,9 +48,9 @@ def leaving_of(angle: float, y: float) -> float:
     return math.degrees(math.atan((math.tan(angle) - 1.4 * FRICTION * y) / RESTITUTION))
 
 
-def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
+def rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
     """The spin below `STEEP`, the angle above; misreading the arrival's angle moves both sides."""
-    found, (off, error) = [], READING
+    off, error = READING
     for number, (degrees, stated) in enumerate(POINTS):
         progress(number / len(POINTS), f"measured ball at {degrees:.1f} degrees")
         angle, leaving = math.radians(degrees), math.radians(stated)
@@ -64,9 +65,8 @@ def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
             ours = leaving_of(angle, y)
             moved, read = leaving_of(angle + off, beside) - ours, math.degrees(error)
             known = abs(leaving_of(angle, y + shock) - ours)
-        found.append(EvidenceRow(f"{name}, arriving at {degrees:.1f} degrees", unit, "hcm", outside,
-                         math.hypot(moved, read), ours, known))  # fmt: skip
-    return found
+        name += f", arriving at {degrees:.1f} degrees"
+        yield EvidenceRow(name, unit, "hcm", outside, math.hypot(moved, read), ours, known)
 
 
 PIECES = (Piece("measured-ball", **described("measured-ball"), modules=(__name__,), solve=rows),)

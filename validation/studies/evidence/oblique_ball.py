@@ -3,6 +3,7 @@
 x = v_t/(mu v_n), y = R w'/(mu v_n), e = 1, mu = 0.3.
 """
 
+from collections.abc import Iterator
 from functools import partial
 from itertools import starmap
 
@@ -10,7 +11,7 @@ import numpy as np
 
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.ball import COARSER, by_elements, by_reduced_model, mesh_error
+from validation.studies.evidence.ball import COARSER, bounces, by_elements, mesh_error
 from validation.studies.evidence.mindlin import spin
 from validation.studies.evidence.rows import EvidenceRow, Piece, described
 
@@ -32,41 +33,35 @@ THEORY, SPRINGS = 1e-3, 2e-3
 def _row(
     x: float, outside: float, error: float, model: str, speed: float, remark: str = ""
 ) -> EvidenceRow:
-    if model == "hcm":
-        ours = by_reduced_model(speed, x, POISSON).spin
-        known = SPRINGS * ours
-    else:
-        ours, coarse = (by_elements(speed, x, POISSON, coarser=by).spin for by in (1.0, COARSER))
-        known = mesh_error(ours, coarse)
+    ours, coarse = (bounce.spin for bounce in bounces(model, speed, x, POISSON))
+    known = SPRINGS * ours if model == "hcm" else mesh_error(ours, coarse)
     name = f"R w'/(mu v_n) at x = {x:g}"
     return EvidenceRow(name, "1", model, outside, error, ours, known, remark)
 
 
 def published_rows(
     model: str, places: tuple[float, ...], progress: Progress, _: Store
-) -> list[EvidenceRow]:
+) -> Iterator[EvidenceRow]:
     """A model against the published values, with the theory's beside them."""
-    found = []
     for number, x in enumerate(places):
         progress(number / len(places), f"oblique ball, {model}, x = {x:g}")
         theory = f"theory {spin(x, POISSON):.4g}"
-        found.append(_row(x, POINTS[x], READING, model, SPEED, theory))
-    return found
+        yield _row(x, POINTS[x], READING, model, SPEED, theory)
 
 
-def theory_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
+def theory_rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
     """The law of hcm against the theory."""
     progress(0.0, "oblique ball, theory")
-    return [_row(x, spin(x, POISSON), THEORY, "hcm", SMALL_SPEED) for x in BY_ELEMENTS]
+    for x in BY_ELEMENTS:
+        yield _row(x, spin(x, POISSON), THEORY, "hcm", SMALL_SPEED)
 
 
-def limit_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
+def limit_rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
     """The reference's spin with its patch extrapolated to zero, by a line in a/R.
 
     Its error is the difference from a parabola through the three points plus that from a coarser
     mesh's line; both meshes are coarser than in other rows, as small patches take many elements.
     """
-    found, theory, published = [], "theory of like bodies", "published"
     for poisson in (POISSON, 0.45):  # nearer to 0.5 steps get short
         lines = []
         for by in (COARSER, COARSER**2):
@@ -77,16 +72,13 @@ def limit_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
             lines.append((line, curve, patch, y))
         (line, curve, patch, y), (coarse, *_others) = lines
         said = ", ".join(starmap("{:.3f} at a/R = {:.3f}".format, zip(y, patch, strict=True)))
-        targets = {theory: (spin(LIMIT_X, poisson), THEORY)}
+        targets = {"theory of like bodies": (spin(LIMIT_X, poisson), THEORY)}
         if poisson == POISSON:
-            targets[published] = POINTS[LIMIT_X], READING
-        found += [
-            EvidenceRow(
-                f"at x = {LIMIT_X:g}, nu = {poisson}, a/R to 0; {which}", "1", "fem3d", *target,
-                line, abs(line - curve) + mesh_error(line, coarse), said)
-            for which, target in targets.items()
-        ]  # fmt: skip
-    return found
+            targets["published"] = POINTS[LIMIT_X], READING
+        error = abs(line - curve) + mesh_error(line, coarse)
+        for which, target in targets.items():
+            name = f"at x = {LIMIT_X:g}, nu = {poisson}, a/R to 0; {which}"
+            yield EvidenceRow(name, "1", "fem3d", *target, line, error, said)
 
 
 PIECES = (

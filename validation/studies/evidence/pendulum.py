@@ -6,6 +6,7 @@ are extrapolated.
 """
 
 import importlib.util
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -36,11 +37,10 @@ def by_hcm(young: float, elements: int) -> Floats:
     return np.array(found)
 
 
-def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
+def rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
     """Both coordinates of the tip at both times, for both stiffnesses."""
     from validation.peers.pyelastica_pendulum import swing
 
-    found = []
     for young in YOUNGS:
         progress(0.0, f"PyElastica's pendulum, E {young:g} Pa")
         body = LENGTH, RADIUS, DENSITY, young, POISSON, GRAVITY
@@ -49,15 +49,12 @@ def rows(progress: Progress, _: Store) -> list[EvidenceRow]:
         progress(0.5, f"the pendulum by hcm, E {young:g} Pa")
         coarse, ours = (by_hcm(young, n) for n in OURS)
         error, outside = np.abs(ours - coarse), whole + last
-        for i, time in enumerate(TIMES.tolist()):
-            for axis in range(2):
-                at = i, axis
-                found.append(EvidenceRow(
-                    f"{'xy'[axis]} of the tip at {time:g} s, E {young:g} Pa", "m", "hcm",
-                    float(outside[at]), abs(float(last[at])), float(ours[at]), float(error[at]),
-                    f"{1e3 * float(ours[at] - outside[at]):+.2g} mm",
-                ))  # fmt: skip
-    return found
+        names = [f"{axis} of the tip at {time:g} s" for time in TIMES for axis in "xy"]
+        numbers = np.stack([outside, np.abs(last), ours, error], axis=-1).reshape(-1, 4)
+        for name, (theirs, known, own, off) in zip(names, numbers.tolist(), strict=True):
+            remark = f"{1e3 * (own - theirs):+.2g} mm"
+            name += f", E {young:g} Pa"
+            yield EvidenceRow(name, "m", "hcm", theirs, known, own, off, remark)
 
 
 def absent() -> str:
@@ -67,6 +64,6 @@ def absent() -> str:
 
 
 PIECES = (
-    Piece("pendulum", **described("pendulum"), solve=rows, absent=absent, slow=True,
-          modules=(__name__, "validation.peers.pyelastica_pendulum")),
+    Piece("pendulum", **described("pendulum"), modules=(__name__,), solve=rows, absent=absent,
+          slow=True),
 )  # fmt: skip

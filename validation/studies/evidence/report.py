@@ -1,9 +1,13 @@
-"""The page: a figure of the hierarchy, and a table per piece."""
+"""The page: figures of the hierarchy and of the taps, and a table per piece.
+
+Figures are narrow, one column of panels, so that a telephone shows them as large as they are drawn.
+"""
 
 import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +16,21 @@ import numpy as np
 from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.page import signed, write_page
 from validation.harness.provenance import provenance
+from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
 from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
+from validation.studies.evidence.taps import TAPS, SpringTap, calculix_tap, reference_tap, title
 
-WIDTH, LINE = 3.5, 0.42  # width of the figure, height of a piece in it, inches
+WIDTH, LINE = 3.5, 0.42  # width of the figures, height of a piece in the hierarchy's, inches
 HEADING = 0.6  # height of a level's name over a piece's line
 SMALLEST = 1e-3  # percent; below it the figure's axis is linear
 SAID = {"within uncertainty": "agrees", "resolved": "differs", "cannot tell": "cannot tell"}
 COLORS = {"agrees": GREEN, "differs": ORANGE, "cannot tell": GREY}
+BY_ELEMENT = {"C3D8": ORANGE, "C3D8I": GREEN}
+FIELDS_OF = ("tap-soft", "tap-hard")
+REACH_MM = 7.0  # of the field that is shown, from the lowest point
+LIMIT = 99.0  # percentile of the stresses at which colours end
 COLUMNS = (
     "level", "piece", "quantity", "unit", "model", "outside", "outside_error", "ours", "ours_error",
     "difference_percent", "uncertainty_percent", "verdict", "remark", "source",
@@ -53,7 +63,7 @@ def difference_text(row: EvidenceRow) -> str:
 def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
     """Draw every row's difference and uncertainty, percent, a line per piece, level by level.
 
-    It is narrow enough to be legible on a telephone: names stand above their lines.
+    Names stand above their lines: beside them they would take a telephone's width.
     """
     levels = [[one for one in shown if one.rows and one.piece.level == level] for level in LEVELS]
     lines = sum(map(len, levels)) + HEADING * sum(map(bool, levels))
@@ -91,6 +101,53 @@ def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
         for said, color in COLORS.items():
             axis.plot([], [], "s", color=color, markersize=4, label=said)
         axis.figure.legend(loc="outside upper left", ncols=3)
+
+
+def draw_forces(path: Path, store: Store) -> None:
+    """Draw the forces of all taps, a panel each, with both of CalculiX's elements."""
+    groups = [list(taps) for _, taps in groupby(TAPS.values(), lambda tap: tap.ours)]
+    with panels(path, 1, len(groups), width=WIDTH, height=2.3) as axes:
+        for (axis,), taps in zip(axes, groups, strict=True):
+            own = reference_tap(taps[0], store)
+            axis.plot(1e6 * np.array(own.time_s), own.normal_force_N, color=BLUE, label="fem3d")
+            for tap in taps:
+                theirs = calculix_tap(tap, store)
+                time, name = 1e6 * np.array(theirs.time_s), f"CalculiX {tap.element}"
+                color = BY_ELEMENT[tap.element]
+                axis.plot(time, theirs.normal_force_N, "--", color=color, label=name)
+            axis.set_title(title(taps[0]).removeprefix("The "), fontsize=8, loc="left")
+            axis.set_ylabel("normal force (N)")
+            axis.legend()
+        axes[-1][0].set_xlabel("time (us)")
+
+
+def draw_field(path: Path, tap: SpringTap, store: Store) -> None:
+    """Draw von Mises' stress at the tip in the plane of symmetry: theirs, ours, the difference."""
+    from matplotlib.collections import PolyCollection
+
+    theirs, own = calculix_tap(tap, store), reference_tap(tap, store)
+    corners, cut = np.array(own.corners_mm), np.array(own.cut)
+    other, mine = (1e-3 * np.array(of.von_mises_kPa)[cut] for of in (theirs, own))
+    lowest = corners.reshape(-1, 2)[corners[..., 1].argmin()]
+    near = np.linalg.norm(corners.mean(axis=1) - lowest, axis=1) < REACH_MM
+    top = float(np.percentile(np.concatenate([other[near], mine[near]]), LIMIT))
+    apart = float(np.abs(mine - other)[near].max())
+    shown = (
+        (f"{theirs.program}, {tap.element}", other, "viridis", (0.0, top)),
+        ("fem3d, the same mesh and time", mine, "viridis", (0.0, top)),
+        ("fem3d less CalculiX", mine - other, "RdBu_r", (-apart, apart)),
+    )
+    with panels(path, 1, 3, width=WIDTH, height=1.8, style={"axes.grid": False}) as axes:
+        for (axis,), (name, values, colors, limits) in zip(axes, shown, strict=True):
+            drawn = PolyCollection(corners[near], array=values[near], cmap=colors,
+                                   edgecolors="#00000040", linewidths=0.2)  # fmt: skip
+            drawn.set_clim(*limits)
+            axis.add_collection(drawn)
+            axis.autoscale_view()
+            axis.set_aspect("equal")
+            axis.set_title(name, fontsize=8, loc="left")
+            axis.figure.colorbar(drawn, ax=axis, label="von Mises (MPa)")
+        axes[-1][0].set_xlabel("x, and upwards y (mm)")
 
 
 def tally(shown: Sequence[Shown]) -> list[dict[str, Any]]:

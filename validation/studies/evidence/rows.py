@@ -1,14 +1,14 @@
 """The contract of a piece of evidence: one problem that somebody else solved or measured.
 
-Its `solve` returns rows, each an outside number beside ours; `compare.verdict` judges them. Levels
+Its `solve` gives rows, each an outside number beside ours; `compare.verdict` judges them. Levels
 are those of a validation hierarchy (ASME V&V 10): a tap is only as credible as its parts.
 """
 
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 from validation import DATA
 from validation.compare.verdict import Verdict, judge
@@ -16,7 +16,7 @@ from validation.harness.store import Store
 from validation.models.adapter import Progress
 
 Level = Literal["element", "beam", "contact", "impact", "tap"]
-LEVELS: tuple[Level, ...] = ("element", "beam", "contact", "impact", "tap")
+LEVELS: tuple[Level, ...] = get_args(Level)
 WIDEST = 10.0  # percent: errors beyond which agreement says nothing
 
 
@@ -39,6 +39,9 @@ class EvidenceRow:
         return judge(self.ours, self.outside, self.ours_error, self.outside_error, WIDEST)
 
 
+Solve = Callable[[Progress, Store], Iterable[EvidenceRow]]
+
+
 @dataclass(frozen=True)
 class Piece:
     """One problem; `name` is its key.
@@ -55,7 +58,7 @@ class Piece:
     source: str
     what: str
     modules: tuple[str, ...]
-    solve: Callable[[Progress, Store], list[EvidenceRow]]
+    solve: Solve
     absent: Callable[[], str] = lambda: ""
     slow: bool = False
     data: tuple[Path, ...] = ()

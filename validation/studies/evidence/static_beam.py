@@ -11,6 +11,7 @@ with th(0) = 0, th'(L) = lam'(0) = lam'(L) = 0: their difference is not an error
 second gives Exudyn's own number to its last digits.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 
@@ -93,29 +94,23 @@ class ClampedBeam:
 
 def rows(
     beam: ClampedBeam, stated: tuple[float, ...], known: float, progress: Progress, _: Store
-) -> list[EvidenceRow]:
+) -> Iterator[EvidenceRow]:
     """Per published displacement hcm's own, and hcm's minus the difference of the energies."""
     progress(0.0, "Exudyn's beams")
     fine, coarse = beam.by_elements(ELEMENTS), beam.by_elements(ELEMENTS // 2)
     gap = beam.by_energy(own=True) - beam.by_energy(own=False)
-    found = []
-    for axis, outside in enumerate(stated):
-        error, ours, other = abs(fine[axis] - coarse[axis]), float(fine[axis]), float(gap[axis])
-        name, common = f"u_{'xy'[axis]} of the tip", ("m", "hcm", outside, known)
-        found += [
-            EvidenceRow(
-                name, *common, ours, float(error), f"predicted: {other:+.4g} m by k = |r''|"
-            ),
-            EvidenceRow(f"{name}, less what is predicted", *common, ours - other, float(error)),
-        ]
-    return found
+    numbers = np.stack([fine, np.abs(fine - coarse), gap], axis=1).tolist()
+    for axis, outside, (ours, error, other) in zip("xy", stated, numbers, strict=False):
+        name, common = f"u_{axis} of the tip", ("m", "hcm", outside, known)
+        yield EvidenceRow(name, *common, ours, error, f"predicted: {other:+.4g} m by k = |r''|")
+        yield EvidenceRow(f"{name}, less what is predicted", *common, ours - other, error)
 
 
-def princeton_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
+def princeton_rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
     """The sag of the Princeton beam, flat and on edge, against ANSYS' beams and solids."""
     progress(0.0, "the Princeton beam")
     length, young, poisson, sides = 0.508, 71.7e9, 0.31, (12.3777e-3, 3.2024e-3)
-    area, found = sides[0] * sides[1], []
+    area = sides[0] * sides[1]
     for lying, stated in PRINCETON.items():
         thick = sides[1] if lying == "flat" else sides[0]
         bending = young * area * thick**2 / 12.0
@@ -126,9 +121,8 @@ def princeton_rows(progress: Progress, _: Store) -> list[EvidenceRow]:
             remark = f"its shear, which the paper's beams lack: {shear:.2g} m"
             for (of, known), outside in zip(ANSYS.items(), numbers, strict=True):
                 name = f"sag under {force:g} N, {lying}; {of}"
-                found.append(EvidenceRow(name, "m", "hcm", outside, known * outside, ours,
-                                 abs(ours - coarse), remark))  # fmt: skip
-    return found
+                error = abs(ours - coarse)
+                yield EvidenceRow(name, "m", "hcm", outside, known * outside, ours, error, remark)
 
 
 BENDING = 1.725e6  # of the cantilever, N m^2

@@ -5,6 +5,7 @@
 are therefore kept in ``validation/data`` with date and machine; ``--fresh`` runs it again.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import cache, partial
@@ -163,14 +164,9 @@ def by_calculix(tap: SpringTap) -> CalculixTap:
         model, material, placed, velocity, until + AFTER_S, tap.element,
         STEP_S[tap.scene][tap.element], stresses=True,
     )  # fmt: skip
-    return outcome(tap, calculix.run_calculix(deck, TIMEOUT_S))
-
-
-def outcome(tap: SpringTap, ran: calculix.CalculixRun) -> CalculixTap:
-    """The part of a run that is kept; an ArithmeticError says how a run failed."""
+    ran = calculix.run_calculix(deck, TIMEOUT_S)
     if ran.answer not in (calculix.COMPLETED, calculix.TIMED_OUT):
         raise ArithmeticError(f"CalculiX {ran.answer}")
-    run, model, _, start_s, *_ = prepared(*tap.ours)
     time, half = calculix_impact.floor_forces(ran.printed)
     at, field = calculix_impact.stress_near(ran.printed, at_peak(run).time_s - start_s)
     return CalculixTap(
@@ -222,7 +218,7 @@ def shares(tap: SpringTap, store: Store) -> dict[str, float]:
     return {key: own.errors[key] / abs(value) for key, value in numbers_of(own).items()}
 
 
-def rows(tap: SpringTap, progress: Progress, store: Store) -> list[EvidenceRow]:
+def rows(tap: SpringTap, progress: Progress, store: Store) -> Iterator[EvidenceRow]:
     """Peak, impulse, duration and field of stress; the mesh, which they share, errs alike in both.
 
     A run that was stopped in contact has only its peak and the field there. The field's relative
@@ -239,22 +235,20 @@ def rows(tap: SpringTap, progress: Progress, store: Store) -> list[EvidenceRow]:
         f" {theirs.program} on {theirs.date}, {theirs.machine}, {theirs.wall_time_s / 60:.0f} min,"
         f" steps of {1e6 * theirs.step_s:g} us"
     )
-    found = []
     for of in quantities(*numbers):
         outside, ours = (of.factor * by_key[of.key] for by_key in (numbers, own_numbers))
         error = share[of.key]
         known = error * abs(outside), ours, error * abs(ours)
         remark = by if of.key == JUDGED[0] else ""
-        found.append(EvidenceRow(of.title, of.unit, "fem3d", outside, *known, remark))
+        yield EvidenceRow(of.title, of.unit, "fem3d", outside, *known, remark)
     if theirs.von_mises_kPa:
         *sizes, apart = fields(theirs, own)
         outside, ours = (1e-6 * size for size in sizes)
         error = share[JUDGED[0]]
-        found.append(EvidenceRow(
-            "von Mises' stress at the peak, RMS over the body", "MPa", "fem3d", outside,
-            error * outside, ours, error * ours, f"the fields differ by {100 * apart:.2g} % of it"
-        ))  # fmt: skip
-    return found
+        known = error * outside, ours, error * ours
+        name = "von Mises' stress at the peak, RMS over the body"
+        remark = f"the fields differ by {100 * apart:.2g} % of it"
+        yield EvidenceRow(name, "MPa", "fem3d", outside, *known, remark)
 
 
 def fields(theirs: CalculixTap, own: ReferenceTap) -> tuple[float, float, float]:

@@ -21,7 +21,7 @@ from validation.studies.evidence import (
     hertz_ball,
     measured_ball,
     pendulum,
-    tap_figures,
+    report,
     taps,
 )
 from validation.studies.evidence.ball import (
@@ -87,7 +87,7 @@ def test_a_mesh_error_of_first_order_is_found(monkeypatch: Patch) -> None:
         return Bounce(depth, force, depth, 0.0, 0.0)
 
     meshes = pressed(1e-4), pressed(1e-4 * COARSER)
-    monkeypatch.setattr(hertz_ball, "_bounces", lambda model: meshes)
+    monkeypatch.setattr(hertz_ball, "bounces", lambda *given: meshes)
     for row in hertz_ball.rows("fem3d", True, quiet, Store(None)):
         place = float(row.quantity.split()[-2]) * 1e-6 / hertz_ball.RADIUS
         assert row.ours_error / row.ours == pytest.approx(1e-4 / place**0.5, rel=0.02)
@@ -206,7 +206,7 @@ def test_the_command_leaves_a_page_and_a_table(
     pieces = piece(solve), piece(solve, name="other", slow=True)
     monkeypatch.setattr(command, "PIECES", pieces)
     for name in ("draw_forces", "draw_field"):
-        monkeypatch.setattr(tap_figures, name, lambda path, *given: figure(path))
+        monkeypatch.setattr(report, name, lambda path, *given: figure(path))
     ended = fingertap("evidence", "--quick", "--out", tmp_path)
     assert ended.code == 0
     page = (tmp_path / "evidence" / "index.html").read_text(encoding="utf-8")
@@ -316,10 +316,10 @@ def test_the_taps_figures_are_drawn(tmp_path: Path, monkeypatch: Patch) -> None:
     other = tuple((x + 1, y) for x, y in corners)
     own = replace(OWN, cut=(0, 1), corners_mm=(corners, other))
     theirs = replace(next(iter(taps.kept_taps().values())), von_mises_kPa=(1000, 3000))
-    monkeypatch.setattr(tap_figures, "calculix_tap", lambda *given: theirs)
-    monkeypatch.setattr(tap_figures, "reference_tap", lambda *given: own)
-    tap_figures.draw_forces(tmp_path / "taps.png", Store(None))
-    tap_figures.draw_field(tmp_path / "field.png", TAP, Store(None))
+    monkeypatch.setattr(report, "calculix_tap", lambda *given: theirs)
+    monkeypatch.setattr(report, "reference_tap", lambda *given: own)
+    report.draw_forces(tmp_path / "taps.png", Store(None))
+    report.draw_field(tmp_path / "field.png", TAP, Store(None))
     for name in ("taps", "field"):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
 

@@ -81,9 +81,8 @@ def table(rows: list[BarRow]) -> list[dict[str, Any]]:
     ``hex8_sri_over_it`` compares with the reference's 8-point hexahedron, ``same_points_over_it``
     with its hexahedron of as many points.
     """
-    speed = {row.ran.points: row.updates_per_s for row in rows
-             if row.code == OWN and row.ran is not None}  # fmt: skip
-    end = next(row.ran.end_m for row in rows if row.ran is not None and row.code == OWN)
+    own = [(row.updates_per_s, row.ran) for row in rows if row.code == OWN and row.ran]
+    speed, end = {ran.points: its for its, ran in own}, own[0][1].end_m
     found = []
     for row in rows:
         line: dict[str, Any] = {
@@ -91,17 +90,17 @@ def table(rows: list[BarRow]) -> list[dict[str, Any]]:
             "element": row.element, "elements": row.bar.elements, "threads": row.bar.threads,
             "status": row.status,
         }  # fmt: skip
-        if row.ran is not None:
+        if (ran := row.ran) is not None:
             line |= {
-                "points": row.ran.points,
+                "points": ran.points,
                 "million_updates_per_s": row.updates_per_s / 1e6,
                 "hex8_sri_over_it": speed[8] / row.updates_per_s,
-                "same_points_over_it": speed[row.ran.points] / row.updates_per_s,
-                "end_displacement_um": row.ran.end_m * 1e6,
-                "off_exact": row.ran.end_m / row.bar.exact_end_m - 1.0,
-                "off_fingertap": row.ran.end_m / end - 1.0,
-                "step_us": row.ran.step_s * 1e6,
-                "runs": row.ran.runs,
+                "same_points_over_it": speed[ran.points] / row.updates_per_s,
+                "end_displacement_um": ran.end_m * 1e6,
+                "off_exact": ran.end_m / row.bar.exact_end_m - 1.0,
+                "off_fingertap": ran.end_m / end - 1.0,
+                "step_us": ran.step_s * 1e6,
+                "runs": ran.runs,
             }
         found.append(line)
     return found

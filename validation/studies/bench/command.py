@@ -16,11 +16,10 @@ from validation.studies.bench import (
     exudyn_settings,
     figures,
     hcm_settings,
+    hcm_speed,
     kernels,
     reference_settings,
-    scaling,
     shortcuts,
-    throughput,
     truths,
     work_precision,
 )
@@ -41,10 +40,10 @@ def _timing(what: str) -> Iterator[Progress]:
 
 
 def _measure_sizes(folder: Path, quick: bool, budget_s: float, progress: Progress) -> None:
-    scenes = throughput.measure_throughput(quick, part(progress, 0.0, 0.2))
+    scenes = hcm_speed.measure_throughput(quick, part(progress, 0.0, 0.2))
     save(folder, "throughput", [scenes], "Random scenes through hcm")
-    sizes = scaling.measure_scaling(quick, budget_s, part(progress, 0.2, 1.0))
-    save(folder, "scaling", scaling.table(sizes), "Cost of hcm's step against size")
+    sizes = hcm_speed.measure_scaling(quick, budget_s, part(progress, 0.2, 1.0))
+    save(folder, "scaling", hcm_speed.table(sizes), "Cost of hcm's step against size")
     figures.scaling(folder / "scaling.png", sizes)
 
 

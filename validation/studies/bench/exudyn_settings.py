@@ -1,16 +1,17 @@
 """Exudyn beside hcm on its scene: the settings of both, and the cheapest for an error."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial
+from itertools import product
 from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
+from validation.harness.store import NO_STORE
 from validation.harness.timing import Timed
-from validation.models.adapter import Progress
+from validation.models.adapter import Progress, part
 from validation.peers import exudyn_finger
-from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
-from validation.studies.bench.hcm_truth import soft_scene
+from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_series, soft_scene
 from validation.studies.bench.truths import TAP, TAP_ELEMENTS
 from validation.studies.bench.work_precision import (
     Options,
@@ -19,6 +20,7 @@ from validation.studies.bench.work_precision import (
     Solution,
     Solver,
     measure_setting,
+    measure_settings,
     point_against,
 )
 
@@ -131,76 +133,55 @@ def hcm_settings(quick: bool) -> list[Setting]:
     too little (one of 7 kHz, hardly excited here, by 1.7e-4 and so out of phase). All shorter steps
     that were tried succeed too, and those of up to 140 us.
     """
-    rigid: Options = {"flight": "rigid"}
     loose: Options = {"flight_step": 1e-2, "flight_tolerance": 3e-6}
     fixed: Options = {"contact_tolerance": 0, "newton_tolerance": 1e-5}
-    fine: Options = {
-        "flight_step": 0,
-        "flight_tolerance": 0,
-        "contact_step": 3e-7,
-        "contact_tolerance": 0,
-        "newton_tolerance": 1e-7,
-        "spectral_radius": 1.0,
-    }
-
-    def series(name: str, cases: Iterable[tuple[int, Options]], *base: Options) -> list[Setting]:
-        return [hcm_setting(STUDY, name, n, *base, changes) for n, changes in cases]
-
-    few, fine_steps = (2, 3, TAP_ELEMENTS), (1e-5, 8e-6, 5e-6, 4e-6, 3e-6)
-    settings = series("rigid flight", (
-        (n, {"flight_step": s, "flight_tolerance": f, "contact_step": h, "newton_tolerance": t})
-        for n in few
-        for s, f, t, steps in (
-            (3e-2, 1e-3, 1e-3, (1.8e-5, 8e-6)), (1.5e-2, 1e-4, 1e-3, fine_steps),
-            (1e-2, 1e-5, 1e-4, fine_steps),
-        )
-        for h in steps
-    ), BASE, fixed, rigid)  # fmt: skip
-    settings += series("fixed contact steps", (
-        (n, {"contact_step": h}) for n in few for h in (8e-6, 5e-6, 3e-6)
-    ), BASE, loose, fixed)  # fmt: skip
-    settings += series("fixed contact steps", (
-        (n, {"flight_tolerance": f, "contact_step": 8e-6, "newton_tolerance": t,
-             "spectral_radius": xi})
-        for n in (2, 3)
-        for f in (3e-5, 1e-5)
-        for t in (1e-4, 1e-5)
-        for xi in (0.4, 0.8)
-    ), BASE, loose, fixed)  # fmt: skip
-    settings += series("collocation in contact", (
-        (n, {"contact_step": h, "stages": s, "flight": "rigid", "flight_step": 1.0})
-        for n in (2, 3) for s, h in ((3, 5e-5), (4, 7e-5), (5, 7e-5), (5, 1e-4))
-    ), BASE, loose, fixed, {"contact_integrator": "gauss", "newton_tolerance": 1e-4})  # fmt: skip
-    settings += series("collocation throughout", (
-        (n, {"contact_step": h, "stages": s, "flight_step": f})
-        for n in (3, TAP_ELEMENTS) for f in (8e-3, 5e-3) for s, h in ((4, 2.5e-5), (5, 3.5e-5))
-    ), BASE, loose, fixed, {
+    in_contact: Options = {"contact_integrator": "gauss", "newton_tolerance": 1e-4}
+    throughout: Options = {
         "flight_integrator": "gauss", "contact_integrator": "gauss", "flight_tolerance": 1e-4,
-    })  # fmt: skip
-    settings += series("tolerances", (
-        (n, {"flight_tolerance": f, "contact_tolerance": c, "newton_tolerance": 1e-6})
-        for n in (3, TAP_ELEMENTS)
-        for f, c in ((1e-5, 1e-8), (3e-6, 3e-9), (1e-6, 1e-9), (1e-7, 1e-10))
-    ), BASE)  # fmt: skip
+    }  # fmt: skip
+    fine: Options = {
+        "flight_step": 0, "flight_tolerance": 0, "contact_step": 3e-7, "contact_tolerance": 0,
+        "newton_tolerance": 1e-7, "spectral_radius": 1.0,
+    }  # fmt: skip
+    few, two, best = (2, 3, TAP_ELEMENTS), (3, TAP_ELEMENTS), (TAP_ELEMENTS,)
+    fine_steps = (1e-5, 8e-6, 5e-6, 4e-6, 3e-6)
+    series = partial(hcm_series, STUDY)
+    settings = [
+        *series("rigid flight", few,
+                "flight_step flight_tolerance newton_tolerance contact_step",
+                [(3e-2, 1e-3, 1e-3, h) for h in (1.8e-5, 8e-6)]
+                + [(1.5e-2, 1e-4, 1e-3, h) for h in fine_steps]
+                + [(1e-2, 1e-5, 1e-4, h) for h in fine_steps],
+                BASE, fixed, {"flight": "rigid"}),
+        *series("fixed contact steps", few, "contact_step", product((8e-6, 5e-6, 3e-6)),
+                BASE, loose, fixed),
+        *series("fixed contact steps", (2, 3),
+                "contact_step flight_tolerance newton_tolerance spectral_radius",
+                product((8e-6,), (3e-5, 1e-5), (1e-4, 1e-5), (0.4, 0.8)),
+                BASE, loose, fixed),
+        *series("collocation in contact", (2, 3), "contact_step stages flight flight_step",
+                [(h, s, "rigid", 1.0) for s, h in ((3, 5e-5), (4, 7e-5), (5, 7e-5), (5, 1e-4))],
+                BASE, loose, fixed, in_contact),
+        *series("collocation throughout", two, "contact_step stages flight_step",
+                [(h, s, f) for f in (8e-3, 5e-3) for s, h in ((4, 2.5e-5), (5, 3.5e-5))],
+                BASE, loose, fixed, throughout),
+        *series("tolerances", two, "newton_tolerance flight_tolerance contact_tolerance",
+                [(1e-6, 1e-5, 1e-8), (1e-6, 3e-6, 3e-9), (1e-6, 1e-6, 1e-9), (1e-6, 1e-7, 1e-10)],
+                BASE),
+    ]  # fmt: skip
     if not quick:
-        settings += series("fixed steps, xi = 1", (
-            (TAP_ELEMENTS, {"flight_step": h}) for h in (2e-6, 1e-6, 5e-7)
-        ), fine)  # fmt: skip
-        settings += series("flight by Gauss collocation", (
-            (TAP_ELEMENTS, {"flight_step": h, "newton_tolerance": t})
-            for h, t in ((1e-4, 1e-6), (1e-4, 1e-7), (8e-5, 1e-6), (6e-5, 1e-7))
-        ), {"flight_integrator": "gauss"}, fine)  # fmt: skip
+        settings += series("fixed steps, xi = 1", best, "flight_step",
+                           product((2e-6, 1e-6, 5e-7)), fine)  # fmt: skip
+        settings += series("flight by Gauss collocation", best, "flight_step newton_tolerance",
+                           [(1e-4, 1e-6), (1e-4, 1e-7), (8e-5, 1e-6), (6e-5, 1e-7)],
+                           {"flight_integrator": "gauss"}, fine)  # fmt: skip
     return settings
 
 
 def measure_peers(quick: bool, progress: Progress) -> list[Point]:
     """Measure hcm, then every installed peer."""
-    points = []
-    own = hcm_settings(quick)
-    for number, setting in enumerate(own):
-        progress(0.5 * number / len(own), f"hcm, {setting.name}")
-        timed = measure_setting(setting, HCM_SOLVER, BUDGET_S)
-        points.append(point_against(TAP.values, setting, timed))
+    own = part(progress, 0.0, 0.5)
+    points = measure_settings(hcm_settings(quick), HCM_SOLVER, BUDGET_S, NO_STORE, own)
     cases = SETTINGS if quick else (*SETTINGS, *FINE_SETTINGS)
     for number, setting in enumerate(() if absent() else cases):
         progress(0.5 + 0.5 * number / len(cases), f"Exudyn, {setting.name}")

@@ -10,8 +10,8 @@ from validation.compare.tap_errors import tap_errors
 from validation.harness.figures import BLACK, BLUE, COLORS, GREY, ORANGE, panels
 from validation.harness.uncertainty import two_digits
 from validation.studies.bench.bar import OWN, BarRow
+from validation.studies.bench.hcm_speed import Size, exponent
 from validation.studies.bench.kernels import Speed
-from validation.studies.bench.scaling import Size, exponent
 from validation.studies.bench.shortcuts import Entry
 from validation.studies.bench.truths import TRUTHS, Truth
 from validation.studies.bench.work_precision import Point, front

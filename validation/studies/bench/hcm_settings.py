@@ -8,18 +8,28 @@ the same beams, contact law and event functions in minimal coordinates and in Sc
 Its time against generalized-alpha's is that of the whole program, not of the method alone.
 """
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import Any
 
 import hcm
+from hcm import reference_solution
+from hcm.beam.chain import build_chain
+from hcm.model import rigid_motion
 from validation.compare.tap_errors import TapQuantities
 from validation.models.hcm import hcm_scene
 from validation.scenes.load import load_scene
-from validation.studies.bench.hcm_truth import impact_start, solve_impact
 from validation.studies.bench.truths import TAP_ELEMENTS
-from validation.studies.bench.work_precision import Options, Setting, Solution, Solver
+from validation.studies.bench.work_precision import (
+    Options,
+    Setting,
+    Solution,
+    Solver,
+    complete_tap,
+)
 
 # `hcm.Settings`: error control in flight and contact; each series changes what its name says.
 BASE: Options = {
@@ -28,9 +38,15 @@ BASE: Options = {
     "contact_step": 1e-5,
     "contact_tolerance": 1e-9,
 }
-FIXED: Options = {"flight_tolerance": 0, "contact_tolerance": 0}
-GAUSS: Options = {"flight_integrator": "gauss", "newton_tolerance": 1e-7, "spectral_radius": 1.0}
+GAUSS: Options = {
+    "flight_integrator": "gauss", "newton_tolerance": 1e-7, "spectral_radius": 1.0,
+    "flight_tolerance": 0, "contact_tolerance": 0,
+}  # fmt: skip
 IMPACT_TOLERANCE = {"contact_step": 1e-5, "contact_tolerance": 1e-13, "newton_tolerance": 1e-11}
+# A rigid state like the one at impact: the paper's posture, the tip just above the surface.
+IMPACT_ANGLES = (1.3089969389957472, 1.0471975511965976)  # rad below -X, phalanges 1 and 2
+IMPACT_RATES = (12.0, 14.0, 40.0)  # rad/s
+CLEARANCE = 1e-9  # m
 
 
 def hcm_setting(study: str, series: str, elements: int, *changes: Options) -> Setting:
@@ -44,9 +60,21 @@ def hcm_setting(study: str, series: str, elements: int, *changes: Options) -> Se
     return Setting(study, "hcm", series, ", ".join(words), options)
 
 
+def hcm_series(
+    study: str, series: str, counts: Iterable[int], keys: str, rows: Iterable[Sequence[Any]],
+    *base: Options,
+) -> list[Setting]:  # fmt: skip
+    """A setting of each number of elements per phalanx with each row of values of the `keys`.
+
+    base : changes of hcm's defaults that all of them share.
+    """
+    changes = [dict(zip(keys.split(), row, strict=True)) for row in rows]
+    return [hcm_setting(study, series, n, *base, change) for n in counts for change in changes]
+
+
 def tap_and_contact_settings(quick: bool) -> list[Setting]:
     """All settings of generalized-alpha and collocation; `quick` leaves out the costliest."""
-    tap = partial(hcm_setting, "tap")
+    tap, n = partial(hcm_series, "tap"), (TAP_ELEMENTS,)
     tolerances = [(1e-4, 1e-7), (1e-5, 1e-8), (1e-6, 1e-9), (1e-7, 1e-10), (1e-8, 1e-11)]
     steps = [(1e-3, 1e-5), (3e-4, 3e-6), (1e-4, 1e-6), (3e-5, 3e-7)]
     counts = [1, 2, 3, 5, 10]
@@ -57,53 +85,76 @@ def tap_and_contact_settings(quick: bool) -> list[Setting]:
         steps += [(1e-5, 1e-7), (3e-6, 3e-8)]
         collocated += [(5e-4, 1e-6), (2e-4, 5e-7), (1e-4, 3e-7), (5e-5, 1e-7), (3e-5, 3e-8)]
         counts += [20, 40]
-    n = TAP_ELEMENTS
+    fixed = "flight_step contact_step flight_tolerance contact_tolerance"
+    rigid = product(("rigid",), (1e-2,), (1e-7, 1e-8, 1e-9, 1e-10))
     return [
-        tap("default settings", n),
-        *(
-            tap("tolerances", n, BASE, {"flight_tolerance": f, "contact_tolerance": c})
-            for f, c in tolerances
-        ),
-        *(tap("fixed steps", n, {"flight_step": f, "contact_step": c}, FIXED) for f, c in steps),
-        *(
-            tap("flight by Gauss collocation", n, GAUSS, FIXED,
-                {"flight_step": f, "contact_step": c})
-            for f, c in collocated
-        ),
-        *(
-            tap("rigid flight", n, BASE,
-                {"flight": "rigid", "flight_step": 1e-2, "contact_tolerance": c})
-            for c in (1e-7, 1e-8, 1e-9, 1e-10)
-        ),
-        *(tap("xi", n, BASE, {"spectral_radius": xi}) for xi in (0.0, 0.4, 0.8, 0.9, 1.0)),
-        *(tap("newton tolerance", n, BASE, {"newton_tolerance": t}) for t in (1e-3, 1e-5, 1e-7)),
+        hcm_setting("tap", "default settings", TAP_ELEMENTS),
+        *tap("tolerances", n, "flight_tolerance contact_tolerance", tolerances, BASE),
+        *tap("fixed steps", n, fixed, [(*pair, 0, 0) for pair in steps]),
+        *tap("flight by Gauss collocation", n, "flight_step contact_step", collocated, GAUSS),
+        *tap("rigid flight", n, "flight flight_step contact_tolerance", rigid, BASE),
+        *tap("xi", n, "spectral_radius", product((0.0, 0.4, 0.8, 0.9, 1.0)), BASE),
+        *tap("newton tolerance", n, "newton_tolerance", product((1e-3, 1e-5, 1e-7)), BASE),
         *(hcm_setting("contact", "elements", count, IMPACT_TOLERANCE) for count in counts),
-    ]  # fmt: skip
+    ]
 
 
 def _prepare(setting: Setting) -> Callable[[], Any]:
     scene = hcm_scene(load_scene("soft", setting.overrides()), estimate=False)
     if setting.study == "contact":
-        start = impact_start(scene.surface.height, scene.finger.phalanges[0].length)
-        scene = replace(scene, start=start)
+        scene = replace(scene, start=impact_start(scene))
     return partial(hcm.simulate_scene, scene)
 
 
 def _read(result: Any) -> Solution:
-    summary, steps, tap = result.summary, result.statistics.steps, None
     turns = [e.time_s for e in result.events if e.kind == "compression_to_restitution"]
-    if result.status.name == "COMPLETED" and summary.contact_duration_s is not None and turns:
-        tap = TapQuantities(
-            contact_time_s=summary.contact_time_s,
-            turn_s=turns[0] - summary.contact_time_s,
-            duration_s=summary.contact_duration_s,
-            peak_normal_force_N=summary.peak_normal_force_N,
-            normal_impulse_N_s=summary.normal_impulse_N_s,
-        )
-    return Solution(result.status.name, tap, steps)
+    turn = turns[0] - result.summary.contact_time_s if turns else None
+    return Solution(result.status.name, complete_tap(result, turn), result.statistics.steps)
 
 
 HCM_SOLVER = Solver(_prepare, _read)
+
+
+def impact_start(scene: hcm.Scene) -> hcm.RigidStart:
+    """The rigid state from which the contact alone is solved."""
+    length = scene.finger.phalanges[0].length
+    upper = sum(length * math.sin(angle) for angle in IMPACT_ANGLES)
+    last = math.asin((scene.surface.height - CLEARANCE - upper) / length)
+    return hcm.RigidStart((*IMPACT_ANGLES, last), IMPACT_RATES)
+
+
+def solve_tap(elements: int, rtol: float) -> TapQuantities:
+    """Solve the tap from rest; takes minutes."""
+    return _solve(soft_scene(elements), rtol)
+
+
+def solve_impact(elements: int, rtol: float) -> TapQuantities:
+    """Solve the contact alone, from `impact_start`: a second with 5 elements, half a minute, 20."""
+    scene = soft_scene(elements)
+    chain, _ = build_chain(scene.finger, scene.drive)
+    motion = rigid_motion(scene.finger, chain, impact_start(scene))
+    start = reference_solution.ChainStart(*motion)
+    return _solve(scene, rtol, start)
+
+
+def soft_scene(elements: int) -> hcm.Scene:
+    """The soft scene with that many elements per phalanx."""
+    return hcm_scene(load_scene("soft", (f"finger.elements={elements}",)), estimate=False)
+
+
+def _solve(
+    scene: hcm.Scene, rtol: float, start: reference_solution.ChainStart | None = None
+) -> TapQuantities:
+    of = scene.finger, scene.surface, scene.tip, scene.drive
+    solved = reference_solution.solve(*of, rtol=rtol, atol=1e-4 * rtol, start=start)
+    contact = solved.time_of("contact")
+    return TapQuantities(
+        contact_time_s=contact,
+        turn_s=solved.time_of("compression_to_restitution") - contact,
+        duration_s=solved.time_of("separation") - contact,
+        peak_normal_force_N=solved.peak_normal_force_N,
+        normal_impulse_N_s=solved.normal_impulse_N_s,
+    )
 
 
 def dop853_settings(quick: bool) -> list[Setting]:

@@ -3,9 +3,10 @@
 A whole step comprises contact, update and audits as well as the force.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import partial
+from typing import Any
 
 import numba
 import numpy as np
@@ -62,13 +63,12 @@ class BlockCase:
     steps : explicit steps, or calls of the force kernel, of each piece
     pieces : of one length, so that a busy moment affects them alike: the force kernel alone; the
         steps as a tap's window takes them, with their audit (but no records and no test for the
-        end); the same with a search of all elements for inverted ones
-    searches : in a run, one audit in this many has that search
+        end); the same with a search of all elements for inverted ones, as one audit in
+        `FULL_SEARCH` has it
     """
 
     steps: int
     pieces: tuple[Callable[[], object], ...]
-    searches: int
     bytes_per_element: float
     model_and_state_MB: float
 
@@ -112,7 +112,6 @@ def falling_block_case(
     return BlockCase(
         steps=interval,
         pieces=(forces, partial(steps, 1), partial(steps, 0)),
-        searches=FULL_SEARCH,
         bytes_per_element=model.kernel.loop_bytes / len(cells),
         model_and_state_MB=array_bytes(model, state) / 1e6,
     )
@@ -125,25 +124,20 @@ def array_bytes(*holders: object) -> int:
     them that are never touched take no memory.
     """
     owners: dict[int, np.ndarray] = {}
-    for array in _arrays(holders):
-        while isinstance(array.base, np.ndarray):
-            array = array.base
-        owners[id(array)] = array
+    left: list[Any] = list(holders)
+    while left:
+        holder = left.pop()
+        if isinstance(holder, np.ndarray):
+            while isinstance(holder.base, np.ndarray):
+                holder = holder.base
+            owners[id(holder)] = holder
+        elif is_dataclass(holder) and not isinstance(holder, type):
+            left += [getattr(holder, field.name) for field in fields(holder)]
+        elif isinstance(holder, Mapping):
+            left += holder.values()
+        elif isinstance(holder, tuple | list):
+            left += holder
     return sum(array.nbytes for array in owners.values())
-
-
-def _arrays(holder: object) -> Iterator[np.ndarray]:
-    inside: Iterable[object] = ()
-    if isinstance(holder, np.ndarray):
-        yield holder
-    elif is_dataclass(holder) and not isinstance(holder, type):
-        inside = [getattr(holder, field.name) for field in fields(holder)]
-    elif isinstance(holder, Mapping):
-        inside = holder.values()
-    elif isinstance(holder, tuple | list):
-        inside = holder
-    for item in inside:
-        yield from _arrays(item)
 
 
 def measure_box(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: float) -> list[Speed]:
@@ -171,7 +165,7 @@ def measure_box(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: flo
     for number, (name, count) in enumerate(cases):
         block, (force, step, search) = built[name], timed[3 * number : 3 * number + 3]
         updates = block.steps * len(cells)
-        more = max(0.0, search.wall_time_s - step.wall_time_s) / block.searches
+        more = max(0.0, search.wall_time_s - step.wall_time_s) / FULL_SEARCH
         alone = updates / force.wall_time_s
         whole = updates / (step.wall_time_s + more)
         speeds.append(

@@ -8,7 +8,14 @@ from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
 from validation.converge.refinements import ROOT, mesh_sizes
-from validation.studies.bench.work_precision import Options, Setting, Solution, Solver, simulation
+from validation.studies.bench.work_precision import (
+    Options,
+    Setting,
+    Solution,
+    Solver,
+    complete_tap,
+    simulation,
+)
 
 FAST: Options = {"solver.fem.preset": "fast"}
 IMPULSE: Options = {"solver.fem.contact": "impulse"}
@@ -56,13 +63,7 @@ def reference_settings(model: str, quick: bool) -> list[Setting]:
 
 def solid_tap(result: Any) -> TapQuantities | None:
     """A run's tap; None if it has no complete contact. The turn is where F_n is largest."""
-    summary = result.summary
-    values = (summary.contact_time_s, summary.peak_normal_force_time_s,
-              summary.contact_duration_s, summary.peak_normal_force_N,
-              summary.normal_impulse_N_s)  # fmt: skip
-    if result.status.name != "COMPLETED" or None in values:
-        return None
-    return TapQuantities(*map(float, values))
+    return complete_tap(result, result.summary.peak_normal_force_time_s)
 
 
 def _read(result: Any) -> Solution:

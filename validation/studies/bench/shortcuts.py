@@ -28,8 +28,8 @@ from validation.models.solid_inputs import DIMENSIONS, solid_parts
 from validation.models.solid_mesh import build_mesh
 from validation.scenes.load import load_scene
 from validation.studies.bench.hcm_settings import BASE, HCM_SOLVER, hcm_setting
+from validation.studies.bench.hcm_speed import FIXED
 from validation.studies.bench.reference_settings import REFERENCE_SOLVER
-from validation.studies.bench.scaling import FIXED
 from validation.studies.bench.work_precision import simulation
 
 BUDGET_S = 1.5

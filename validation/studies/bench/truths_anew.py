@@ -16,7 +16,7 @@ from validation.harness.console import output
 from validation.harness.interrupts import unless_interrupted
 from validation.models.solid_inputs import DIMENSIONS, finger_geometry, solid_parts
 from validation.scenes.load import load_scene
-from validation.studies.bench import hcm_truth
+from validation.studies.bench import hcm_settings
 from validation.studies.bench.reference_settings import impulse_mesh, solid_tap
 from validation.studies.bench.truths import CONTACT_ELEMENTS, TAP_ELEMENTS, TRUTHS
 from validation.studies.bench.work_precision import Setting, simulation
@@ -57,9 +57,9 @@ def contact_time(model: str) -> float:
 def solve_truth(model: str) -> TapQuantities:
     """Compute a truth; runs of the reference are printed as they end."""
     if model == "tap":
-        return hcm_truth.solve_tap(TAP_ELEMENTS, 1e-9)
+        return hcm_settings.solve_tap(TAP_ELEMENTS, 1e-9)
     if model == "contact":
-        return hcm_truth.solve_impact(CONTACT_ELEMENTS, 1e-9)
+        return hcm_settings.solve_impact(CONTACT_ELEMENTS, 1e-9)
 
     def shown(shaft: float, tip: float) -> dict[str, float]:
         found = asdict(solve_tap(model, shaft, tip))

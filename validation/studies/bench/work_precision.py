@@ -105,6 +105,21 @@ def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
     return partial(reference_fem.simulate, mesh, *solid_parts(scene.tables), flight_mesh=light)
 
 
+def complete_tap(result: Any, turn_s: float | None) -> TapQuantities | None:
+    """The tap of a model's run; None if the run or its contact is not complete.
+
+    turn_s : end of compression since first contact; None if there is none.
+    """
+    summary = result.summary
+    values = (
+        summary.contact_time_s, turn_s, summary.contact_duration_s,
+        summary.peak_normal_force_N, summary.normal_impulse_N_s,
+    )  # fmt: skip
+    if result.status.name != "COMPLETED" or None in values:
+        return None
+    return TapQuantities(*map(float, values))
+
+
 def measure_setting(
     setting: Setting, solver: Solver, budget_s: float, warm_up: bool = True
 ) -> Timed[Solution]:

@@ -18,11 +18,9 @@ from validation.studies.bench import (
     figures,
     files,
     hcm_settings,
-    hcm_truth,
+    hcm_speed,
     kernels,
     reference_settings,
-    scaling,
-    throughput,
     truths,
     truths_anew,
 )
@@ -68,7 +66,7 @@ def test_errors_are_relative_and_events_in_seconds() -> None:
 @pytest.mark.parametrize("power", [0.5, 1.0, 2.0])
 def test_exponent_of_a_power_law(power: float) -> None:
     sizes = [5, 10, 20, 40]
-    assert scaling.exponent(sizes, [3e-6 * n**power for n in sizes]) == pytest.approx(power)
+    assert hcm_speed.exponent(sizes, [3e-6 * n**power for n in sizes]) == pytest.approx(power)
 
 
 def test_shortest_counts_its_runs_and_leaves_out_the_warm_up() -> None:
@@ -131,7 +129,7 @@ def test_stored_truth_of_the_tap_is_the_one_that_the_tests_of_hcm_know() -> None
 def test_solved_impact_converges_to_the_stored_truth() -> None:
     """Two elements a phalanx are further off than five; five are within the measured 1.2e-4."""
     known = truths.TRUTHS["contact"].values
-    far, near = (tap_errors(hcm_truth.solve_impact(n, 1e-8), known).largest for n in (2, 5))
+    far, near = (tap_errors(hcm_settings.solve_impact(n, 1e-8), known).largest for n in (2, 5))
     assert near < 2e-4 < far
 
 
@@ -269,12 +267,12 @@ def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> 
 
 
 def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: Patch) -> None:
-    monkeypatch.setattr(throughput, "QUICK_SCENES", 5)
+    monkeypatch.setattr(hcm_speed, "QUICK_SCENES", 5)
     told: list[float] = []
-    measured = throughput.measure_throughput(True, lambda share, text: told.append(share))
+    measured = hcm_speed.measure_throughput(True, lambda share, text: told.append(share))
     ended = sum(int(text.split()[0]) for text in measured["endings"].split(", "))
     assert measured["scenes"] == ended == 5
-    alone = [hcm.simulate_scene(scene) for scene in throughput.scenes(5)]
+    alone = [hcm.simulate_scene(scene) for scene in hcm_speed.scenes(5)]
     steps = sum(result.statistics.steps for result in alone)
     assert measured["steps_per_s"] == steps / measured["wall_time_s"]
     assert steps > 0

@@ -15,7 +15,6 @@ from validation.studies.bench import (
     bar,
     exudyn_settings,
     hcm_settings,
-    hcm_truth,
     shortcuts,
     truths,
 )
@@ -116,7 +115,7 @@ def test_exudyn_agrees_and_locating_the_contact_pays() -> None:
     """Both codes see one tap: 0.1 % of the peak (measured 6e-4 at these steps); a contact that ends
     with a step is off by up to a step (3 us of 232 us)."""
 
-    given = hcm_truth.soft_scene(truths.TAP_ELEMENTS)
+    given = hcm_settings.soft_scene(truths.TAP_ELEMENTS)
     truth = truths.TAP.values
     until = truth.contact_time_s - exudyn_settings.LOOK_BEFORE_S
     located, unlocated = (

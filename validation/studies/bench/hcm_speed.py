@@ -1,20 +1,28 @@
-"""Cost of hcm's step against the numbers of elements and of phalanges, with fitted exponents.
+"""hcm's speed: random scenes on all cores; the cost of a step against elements and phalanges.
 
-Steps are fixed, so that every size takes about the same number of them: the time of one accepted
-step is what an ordered elimination of a chain makes proportional to the chain's length.
+Steps of the latter are fixed, so that every size takes about the same number of them: the time of
+one accepted step is what an ordered elimination of a chain makes proportional to its length.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+import hcm
+from validation.harness.provenance import cores
 from validation.harness.timing import shortest
 from validation.models.adapter import Progress
+from validation.models.hcm import HCM
 from validation.scenes.load import load_scene
 from validation.studies.bench.work_precision import simulation
+from validation.studies.random_scenes import random_numbers, random_scene
 
+SCENES, QUICK_SCENES = 1000, 200
+SEED = 1
 ELEMENTS = (5, 10, 20, 40, 80, 160, 320)
 PHALANGES = (1, 2, 3, 5, 10, 20, 30)
 FIXED = ("solver.hcm.flight_tolerance=0", "solver.hcm.contact_tolerance=0")
@@ -22,6 +30,41 @@ FIXED = ("solver.hcm.flight_tolerance=0", "solver.hcm.contact_tolerance=0")
 FLIGHT_S = 0.02
 REACH = 0.9  # height of the surface over the finger's length
 QUICK_STEPS = ("solver.hcm.flight_step=1e-3", "solver.hcm.contact_step=2e-6")
+
+
+def scenes(count: int) -> Iterator[hcm.Scene]:
+    """The stress campaign's first scenes, all of them by generalized-alpha."""
+    for index in range(count):
+        scene = random_scene(random_numbers(SEED, index))
+        # collocation suits many digits of a smooth flight, not every scene: 8 times as long here
+        plain = replace(scene.settings, flight_integrator="generalized-alpha", estimate=False)
+        yield replace(scene, settings=plain)
+
+
+def measure_throughput(quick: bool, progress: Progress) -> dict[str, int | float | str]:
+    """Solve scenes on all cores, with compiled code loaded before; returns the table's row.
+
+    It has the numbers of scenes and processes, scenes and steps per second, and the endings.
+    """
+    count, processes = QUICK_SCENES if quick else SCENES, cores()
+    progress(0.0, "random scenes")
+    HCM.warm_up()
+    given = list(scenes(count))
+    endings: Counter[str] = Counter()
+    steps, start = 0, time.perf_counter()
+    for done, outcome in enumerate(hcm.simulate_each(given, processes), 1):
+        endings[outcome.status.lower().replace("_", " ")] += 1
+        steps += outcome.steps
+        progress(done / count, "random scenes")
+    wall_time_s = time.perf_counter() - start
+    return {
+        "scenes": count,
+        "processes": processes,
+        "wall_time_s": wall_time_s,
+        "scenes_per_s": count / wall_time_s,
+        "steps_per_s": steps / wall_time_s,
+        "endings": ", ".join(f"{number} {name}" for name, number in sorted(endings.items())),
+    }
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from functools import partial
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from hcm.arrays import Floats
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.ball import COARSER, Bounce, bounces
-from validation.studies.evidence.rows import EvidenceRow, Piece, described
+from validation.studies.evidence.rows import EvidenceRow
 
 RADIUS, YOUNG, POISSON, DENSITY, SPEED = 0.1, 70e9, 0.3, 2699.0, 0.2  # m, Pa, -, kg/m^3, m/s
 WAVE = math.sqrt(YOUNG / DENSITY)  # m/s
@@ -27,7 +26,6 @@ READING = 120.0
 STIFFNESS = 4.0 / 3.0 * YOUNG / (1.0 - POISSON**2) * math.sqrt(RADIUS)  # Hertz, N/m^1.5
 SNAPSHOTS = 200
 STEPS = 5e-4  # relative error of hcm's numbers: two of its 4,000 steps
-MODELS = ("hcm", "fem3d")
 
 
 def _loads(bounce: Bounce) -> Floats:
@@ -67,12 +65,3 @@ def rows(model: str, loading: bool, progress: Progress, _: Store) -> Iterator[Ev
     given = zip(loads if loading else LARGEST, fine.tolist(), error.tolist(), strict=True)
     for (name, unit, stated, read, remark), ours, known in given:
         yield EvidenceRow(name, unit, model, stated, read, ours, known, remark)
-
-
-PIECES = tuple(
-    Piece(f"hertz-{level}-{model}", **described("hertz", level=level, model=model),
-          modules=(__name__,), solve=partial(rows, model, level == "contact"),
-          slow=model == "fem3d")
-    for model in MODELS
-    for level in ("contact", "impact")
-)  # fmt: skip

@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.ball import by_reduced_model
-from validation.studies.evidence.rows import EvidenceRow, Piece, described
+from validation.studies.evidence.rows import EvidenceRow
 
 BODIES = ((380e9, 0.23), (70e9, 0.25))  # E, Pa, and nu, of ball and anvil
 DENSITY, SPEED, FRICTION, RESTITUTION = 4000.0, 3.9, 0.092, 0.98  # kg/m^3, m/s; both measured
@@ -67,6 +67,3 @@ def rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
             known = abs(leaving_of(angle, y + shock) - ours)
         name += f", arriving at {degrees:.1f} degrees"
         yield EvidenceRow(name, unit, "hcm", outside, math.hypot(moved, read), ours, known)
-
-
-PIECES = (Piece("measured-ball", **described("measured-ball"), modules=(__name__,), solve=rows),)

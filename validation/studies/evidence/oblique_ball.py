@@ -4,7 +4,6 @@ x = v_t/(mu v_n), y = R w'/(mu v_n), e = 1, mu = 0.3.
 """
 
 from collections.abc import Iterator
-from functools import partial
 from itertools import starmap
 
 import numpy as np
@@ -13,7 +12,7 @@ from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.ball import COARSER, bounces, by_elements, mesh_error
 from validation.studies.evidence.mindlin import spin
-from validation.studies.evidence.rows import EvidenceRow, Piece, described
+from validation.studies.evidence.rows import EvidenceRow
 
 # x, y from published finite elements; taken to be known to 1 % of the figure's axis.
 POINTS = {
@@ -39,10 +38,9 @@ def _row(
     return EvidenceRow(name, "1", model, outside, error, ours, known, remark)
 
 
-def published_rows(
-    model: str, places: tuple[float, ...], progress: Progress, _: Store
-) -> Iterator[EvidenceRow]:
+def published_rows(model: str, progress: Progress, _: Store) -> Iterator[EvidenceRow]:
     """A model against the published values, with the theory's beside them."""
+    places = BY_ELEMENTS if model == "fem3d" else tuple(POINTS)
     for number, x in enumerate(places):
         progress(number / len(places), f"oblique ball, {model}, x = {x:g}")
         theory = f"theory {spin(x, POISSON):.4g}"
@@ -79,16 +77,3 @@ def limit_rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
         for which, target in targets.items():
             name = f"at x = {LIMIT_X:g}, nu = {poisson}, a/R to 0; {which}"
             yield EvidenceRow(name, "1", "fem3d", *target, line, error, said)
-
-
-PIECES = (
-    Piece("oblique-theory", **described("oblique-theory"), modules=(__name__,), solve=theory_rows),
-    *(
-        Piece(f"oblique-{model}", **described("oblique-published", model=model),
-              modules=(__name__,), solve=partial(published_rows, model, places),
-              slow=model == "fem3d")
-        for model, places in (("hcm", tuple(POINTS)), ("fem3d", BY_ELEMENTS))
-    ),
-    Piece("oblique-limit", **described("oblique-limit"), modules=(__name__,), solve=limit_rows,
-          slow=True),
-)  # fmt: skip

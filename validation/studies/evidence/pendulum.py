@@ -17,7 +17,7 @@ from hcm.reference_solution import ChainStart, solve_chain
 from hcm.statics import NOWHERE
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.rows import EvidenceRow, Piece, described
+from validation.studies.evidence.rows import EvidenceRow
 
 LENGTH, RADIUS, DENSITY, POISSON, GRAVITY = 1.0, 5e-3, 1100.0, 0.5, 9.80665
 YOUNGS = (5e6, 5e7)  # Pa; the example's, and a rod of a tenth of its axial strain
@@ -61,9 +61,3 @@ def absent() -> str:
     """Why it cannot be run; empty if it can."""
     here = importlib.util.find_spec("elastica") is not None
     return "" if here else "PyElastica is not installed: pip install 'fingertap[bench]'"
-
-
-PIECES = (
-    Piece("pendulum", **described("pendulum"), modules=(__name__,), solve=rows, absent=absent,
-          slow=True),
-)  # fmt: skip

@@ -5,7 +5,7 @@ are those of a validation hierarchy (ASME V&V 10): a tap is only as credible as 
 """
 
 import tomllib
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -67,10 +67,18 @@ class Piece:
 TEXTS = tomllib.loads((DATA / "evidence.toml").read_text("utf-8"))
 
 
-def described(key: str, **words: object) -> dict[str, Any]:
-    """Title, level, source and what of a piece, from ``data/evidence.toml``; `words` fill them in.
+def piece(
+    name: str, solve: Solve, key: str = "", words: Mapping[str, str] | None = None, **further: Any
+) -> Piece:
+    """A piece whose title, level, source and what are those in ``data/evidence.toml``.
 
-    They are kept apart from the code of the rows, any change of which computes those again.
+    They are kept apart from the code of the rows, that of the module of `solve` with its imports,
+    any change of which computes those again.
+
+    key : the texts' there; empty: `name`. words : fill the texts in. further : fields of `Piece`.
     """
-    texts = {name: text.format(**TEXTS["shared"], **words) for name, text in TEXTS[key].items()}
-    return {name: " ".join(text.split()) for name, text in texts.items()}
+    given = {**TEXTS["shared"], **(words or {})}
+    texts = {field: text.format(**given) for field, text in TEXTS[key or name].items()}
+    said: dict[str, Any] = {field: " ".join(text.split()) for field, text in texts.items()}
+    module = getattr(solve, "func", solve).__module__
+    return Piece(name, **said, modules=(module,), solve=solve, **further)

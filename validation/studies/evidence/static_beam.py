@@ -13,7 +13,6 @@ second gives Exudyn's own number to its last digits.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from scipy.integrate import solve_bvp
@@ -24,7 +23,7 @@ from hcm.beam.chain import build_chain
 from hcm.statics import equilibrium
 from validation.harness.store import Store
 from validation.models.adapter import Progress
-from validation.studies.evidence.rows import EvidenceRow, Piece, described
+from validation.studies.evidence.rows import EvidenceRow
 
 POINTS, TOLERANCE = 400, 1e-10  # of the boundary-value problem
 ELEMENTS = 64
@@ -143,10 +142,3 @@ EXUDYN = {
     "hanging cable": (ClampedBeam(2.0, 1e6, 833.3333333333333, weight=78.0 * 9.81),
                       (-0.5013058140,), 5e-5),
 }  # fmt: skip
-PIECES = (
-    *(
-        Piece(name, **described(name), modules=(__name__,), solve=partial(rows, *beam))
-        for name, beam in EXUDYN.items()
-    ),
-    Piece("princeton", **described("princeton"), modules=(__name__,), solve=princeton_rows),
-)

@@ -8,7 +8,7 @@ are therefore kept in ``validation/data`` with date and machine; ``--fresh`` run
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.peers import calculix, calculix_impact
 from validation.scenes.load import load_scene
-from validation.studies.evidence.rows import EvidenceRow, Piece, described
+from validation.studies.evidence.rows import EvidenceRow
 
 KEPT = DATA / "calculix_taps.json"
 # Length of an increment. C3D8I on the soft finger with friction converges neither at 4 us nor at 2.
@@ -268,7 +268,8 @@ def title(tap: SpringTap) -> str:
     return f"The {tap.scene} finger's tap{smooth}, springs {tap.factor:g} E*/R"
 
 
-def _piece(name: str, tap: SpringTap) -> Piece:
+def words(tap: SpringTap) -> dict[str, str]:
+    """What fills in the texts of a tap's piece."""
     count, edge = {"soft": ("3,576", "0.25"), "hard": ("3,356", "0.15")}[tap.scene]
     start = "but run before ours had the true shape's mass: 0.9 % lighter and 0.5 % slower"
     if tap.factor == STIFF and tap.friction:
@@ -277,9 +278,7 @@ def _piece(name: str, tap: SpringTap) -> Piece:
         " So soft a spring is what a penalty of LS-DYNA's kind is on a coarse mesh: it takes a"
         " quarter of the peak by both programs, and the paper's 64 N lies there."
     ) * (tap.factor < STIFF)
-    words = described("tap", title=title(tap), element=tap.element, count=count, edge=edge,
-                      start=start, penalty=penalty)  # fmt: skip
-    return Piece(name, **words, modules=(__name__,), solve=partial(rows, tap), data=(KEPT,))
-
-
-PIECES = tuple(_piece(name, tap) for name, tap in TAPS.items())
+    return {
+        "title": title(tap), "element": tap.element, "count": count, "edge": edge, "start": start,
+        "penalty": penalty,
+    }  # fmt: skip

@@ -35,7 +35,6 @@ from validation.studies.evidence.command import PIECES, look
 from validation.studies.evidence.mindlin import spin
 from validation.studies.evidence.report import Shown, difference_text, tally, word, write_evidence
 from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
-from validation.studies.evidence.static_beam import PIECES as BEAMS
 from validation.studies.evidence.static_beam import ClampedBeam, princeton_rows
 
 ROW = EvidenceRow("a number", "m", "hcm", 2.0, 0.03, 2.1, 0.04, "as told")
@@ -119,7 +118,7 @@ def test_exudyns_energy_gives_exudyns_number() -> None:
 
 
 def test_what_is_predicted_of_exudyns_beams_is_found() -> None:
-    for one in BEAMS[:2]:
+    for one in PIECES[:2]:
         words = [word(row) for row in one.solve(quiet, Store(None))]
         assert words == ["differs", "agrees"] * (len(words) // 2)
 

@@ -143,8 +143,7 @@ def hcm_settings(quick: bool) -> list[Setting]:
         "flight_step": 0, "flight_tolerance": 0, "contact_step": 3e-7, "contact_tolerance": 0,
         "newton_tolerance": 1e-7, "spectral_radius": 1.0,
     }  # fmt: skip
-    few, two, best = (2, 3, TAP_ELEMENTS), (3, TAP_ELEMENTS), (TAP_ELEMENTS,)
-    fine_steps = (1e-5, 8e-6, 5e-6, 4e-6, 3e-6)
+    few, own, fine_steps = (2, 3, TAP_ELEMENTS), (TAP_ELEMENTS,), (1e-5, 8e-6, 5e-6, 4e-6, 3e-6)
     series = partial(hcm_series, STUDY)
     settings = [
         *series("rigid flight", few,
@@ -156,23 +155,23 @@ def hcm_settings(quick: bool) -> list[Setting]:
         *series("fixed contact steps", few, "contact_step", product((8e-6, 5e-6, 3e-6)),
                 BASE, loose, fixed),
         *series("fixed contact steps", (2, 3),
-                "contact_step flight_tolerance newton_tolerance spectral_radius",
-                product((8e-6,), (3e-5, 1e-5), (1e-4, 1e-5), (0.4, 0.8)),
-                BASE, loose, fixed),
+                "flight_tolerance newton_tolerance spectral_radius",
+                product((3e-5, 1e-5), (1e-4, 1e-5), (0.4, 0.8)),
+                BASE, loose, fixed, {"contact_step": 8e-6}),
         *series("collocation in contact", (2, 3), "contact_step stages flight flight_step",
                 [(h, s, "rigid", 1.0) for s, h in ((3, 5e-5), (4, 7e-5), (5, 7e-5), (5, 1e-4))],
                 BASE, loose, fixed, in_contact),
-        *series("collocation throughout", two, "contact_step stages flight_step",
+        *series("collocation throughout", (3, *own), "contact_step stages flight_step",
                 [(h, s, f) for f in (8e-3, 5e-3) for s, h in ((4, 2.5e-5), (5, 3.5e-5))],
                 BASE, loose, fixed, throughout),
-        *series("tolerances", two, "newton_tolerance flight_tolerance contact_tolerance",
-                [(1e-6, 1e-5, 1e-8), (1e-6, 3e-6, 3e-9), (1e-6, 1e-6, 1e-9), (1e-6, 1e-7, 1e-10)],
-                BASE),
+        *series("tolerances", (3, *own), "flight_tolerance contact_tolerance",
+                [(1e-5, 1e-8), (3e-6, 3e-9), (1e-6, 1e-9), (1e-7, 1e-10)],
+                BASE, {"newton_tolerance": 1e-6}),
     ]  # fmt: skip
     if not quick:
-        settings += series("fixed steps, xi = 1", best, "flight_step",
+        settings += series("fixed steps, xi = 1", own, "flight_step",
                            product((2e-6, 1e-6, 5e-7)), fine)  # fmt: skip
-        settings += series("flight by Gauss collocation", best, "flight_step newton_tolerance",
+        settings += series("flight by Gauss collocation", own, "flight_step newton_tolerance",
                            [(1e-4, 1e-6), (1e-4, 1e-7), (8e-5, 1e-6), (6e-5, 1e-7)],
                            {"flight_integrator": "gauss"}, fine)  # fmt: skip
     return settings

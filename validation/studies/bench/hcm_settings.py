@@ -86,7 +86,7 @@ def tap_and_contact_settings(quick: bool) -> list[Setting]:
         collocated += [(5e-4, 1e-6), (2e-4, 5e-7), (1e-4, 3e-7), (5e-5, 1e-7), (3e-5, 3e-8)]
         counts += [20, 40]
     fixed = "flight_step contact_step flight_tolerance contact_tolerance"
-    rigid = product(("rigid",), (1e-2,), (1e-7, 1e-8, 1e-9, 1e-10))
+    rigid = [("rigid", 1e-2, tolerance) for tolerance in (1e-7, 1e-8, 1e-9, 1e-10)]
     return [
         hcm_setting("tap", "default settings", TAP_ELEMENTS),
         *tap("tolerances", n, "flight_tolerance contact_tolerance", tolerances, BASE),
@@ -133,8 +133,7 @@ def solve_impact(elements: int, rtol: float) -> TapQuantities:
     scene = soft_scene(elements)
     chain, _ = build_chain(scene.finger, scene.drive)
     motion = rigid_motion(scene.finger, chain, impact_start(scene))
-    start = reference_solution.ChainStart(*motion)
-    return _solve(scene, rtol, start)
+    return _solve(scene, rtol, reference_solution.ChainStart(*motion))
 
 
 def soft_scene(elements: int) -> hcm.Scene:

@@ -46,8 +46,7 @@ class Setting:
 
     def overrides(self) -> tuple[str, ...]:
         """The scene's keys as the command line writes them."""
-        return tuple(f"{key}={value!r}" if isinstance(value, int | float) else f"{key}={value}"
-                     for key, value in self.options.items() if "." in key)  # fmt: skip
+        return tuple(f"{key}={value}" for key, value in self.options.items() if "." in key)
 
 
 @dataclass(frozen=True)

@@ -193,29 +193,20 @@ def cheapest_table(points: list[Point]) -> list[dict[str, Any]]:
 
     The limit is of peak and duration. exudyn_over_hcm compares their times.
     """
-
-    def best(solver: str, study: str, limit: float) -> Point | None:
-        good = [
-            p for p in points
-            if (p.solver, p.study) == (solver, study) and p.errors is not None
-            and max(p.errors.peak, p.errors.duration) <= limit
-        ]  # fmt: skip
-        return min(good, key=lambda p: p.wall_time_s, default=None)
-
-    def described(name: str, point: Point | None) -> dict[str, Any]:
-        setting = "none of those tried" if point is None else f"{point.series}: {point.setting}"
-        time = None if point is None else point.wall_time_s
-        return {f"{name}_time_s": time, f"{name}_setting": setting}
-
     rows = []
     for study, truth in ((STUDY, "hcm.reference_solution"), (OWN_STUDY, "its own truth")):
         for limit in ERROR_LIMITS:
-            own, peer = best("hcm", STUDY, limit), best("Exudyn", study, limit)
-            rows.append({
-                "exudyn_against": truth,
-                "error_of_peak_and_duration": limit,
-                **described("hcm", own),
-                **described("exudyn", peer),
-                "exudyn_over_hcm": peer.wall_time_s / own.wall_time_s if own and peer else None,
-            })  # fmt: skip
+            row: dict[str, Any] = {"exudyn_against": truth, "error_of_peak_and_duration": limit}
+            for name, whose in (("hcm", ("hcm", STUDY)), ("exudyn", ("Exudyn", study))):
+                good = [
+                    p for p in points
+                    if (p.solver, p.study) == whose and p.errors is not None
+                    and max(p.errors.peak, p.errors.duration) <= limit
+                ]  # fmt: skip
+                best = min(good, key=lambda p: p.wall_time_s, default=None)
+                row[f"{name}_time_s"] = best and best.wall_time_s
+                found = best and f"{best.series}: {best.setting}"
+                row[f"{name}_setting"] = found or "none of those tried"
+            own, peer = row["hcm_time_s"], row["exudyn_time_s"]
+            rows.append({**row, "exudyn_over_hcm": peer / own if own and peer else None})
     return rows

@@ -23,7 +23,7 @@ from validation.models.adapter import Progress
 from validation.peers import exudyn_finger
 from validation.peers.scipy_ivp import solve_first_tap
 from validation.studies.stress.hcm.judge import tighter
-from validation.studies.stress.hcm.maps import SOFT_SCENE, soft_finger
+from validation.studies.stress.hcm.maps import STIFFNESS, soft_finger, soft_scene
 from validation.studies.stress.judging import judged_scalars, largest_difference
 
 # A tap's peak F_n (N) and impulse (N s).
@@ -39,27 +39,22 @@ BEFORE, WINDOW = 0.002, 1.3
 
 def hard_cells() -> dict[str, hcm.Scene]:
     """Scenes by the reason why they are hard; first those that every solver can express."""
-    settings = hcm.Settings(max_steps=100_000)
-    soft = replace(SOFT_SCENE, surface=hcm.Surface(0.1, 0.0), settings=settings)
+    soft = partial(soft_scene, friction=0.0, max_steps=100_000)
     slender = hcm.Phalanx(0.04, 0.0004, 1e9, 1400.0, elements=20)
     return {
-        "stiffest beams, E 1e12 Pa": replace(soft, finger=soft_finger(1e12)),
-        "softest beams, E 1e6 Pa": replace(soft, finger=soft_finger(1e6)),
-        "stiffest tip, k 1e10 N/m": replace(soft, tip=hcm.Tip(1e10)),
-        "softest tip, k 1e3 N/m": replace(soft, tip=hcm.Tip(1e3)),
-        "slenderness 100, 20 elements": replace(soft, finger=hcm.Finger((slender,) * 3)),
-        "80 elements a phalanx": replace(soft, finger=soft_finger(elements=80)),
-        "30 phalanges": replace(
-            soft, finger=soft_finger(count=30, elements=2), surface=hcm.Surface(0.96, 0.0)
+        "stiffest beams, E 1e12 Pa": soft(soft_finger(1e12)),
+        "softest beams, E 1e6 Pa": soft(soft_finger(1e6)),
+        "stiffest tip, k 1e10 N/m": soft(tip=hcm.Tip(1e10)),
+        "softest tip, k 1e3 N/m": soft(tip=hcm.Tip(1e3)),
+        "slenderness 100, 20 elements": soft(hcm.Finger((slender,) * 3)),
+        "80 elements a phalanx": soft(soft_finger(elements=80)),
+        "30 phalanges": soft(soft_finger(count=30, elements=2), 0.96),
+        "friction 10, tangential ratio 1e3": soft(friction=10.0, tip=hcm.Tip(STIFFNESS, 1.0, 1e3)),
+        "e* 0.05, friction 5.3: a tap that barely ends": soft(
+            friction=5.337, tip=hcm.Tip(STIFFNESS, 0.05, 284.8)
         ),
-        "friction 10, tangential ratio 1e3": replace(
-            soft, surface=hcm.Surface(0.1, 10.0), tip=hcm.Tip(0.78e6, 1.0, 1e3)
-        ),
-        "e* 0.05, friction 5.3: a tap that barely ends": replace(
-            soft, surface=hcm.Surface(0.1, 5.337), tip=hcm.Tip(0.78e6, 0.05, 284.8)
-        ),
-        "torques that wind the finger up": replace(
-            soft, surface=hcm.Surface(0.1, 0.5), drive=hcm.Drive((0.00631,) * 3, 1.233)
+        "torques that wind the finger up": soft(
+            friction=0.5, drive=hcm.Drive((0.00631,) * 3, 1.233)
         ),
     }
 

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from validation.studies.stress.hcm.rigid_rod import judge_by_closed_form
 from validation.studies.stress.stability_map import Map
 
 SOFT = Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
+STIFFNESS = 0.78e6  # k, N/m
 MAX_STEPS = 10_000
 
 
@@ -20,49 +22,39 @@ def soft_finger(modulus: float = 1e9, count: int = 3, elements: int = 5) -> Fing
     return Finger((replace(SOFT, youngs_modulus=modulus, elements=elements),) * count)
 
 
-SOFT_SCENE = Scene(
-    soft_finger(), Surface(0.1, 0.5), Tip(0.78e6), Drive(), Settings(max_steps=MAX_STEPS)
-)
+SOFT_FINGER, SOFT_TIP, UNDRIVEN = soft_finger(), Tip(STIFFNESS), Drive()
 
 
-def _soft(**settings: float) -> Settings:
-    """Settings of the soft scene with these changes."""
-    return replace(SOFT_SCENE.settings, **settings)  # type: ignore[arg-type]
+def soft_scene(
+    finger: Finger = SOFT_FINGER, height: float = 0.1, friction: float = 0.5, tip: Tip = SOFT_TIP,
+    drive: Drive = UNDRIVEN, **settings: Any,
+) -> Scene:  # fmt: skip
+    """The soft scene with these changes; `settings` are fields of `hcm.Settings`."""
+    chosen = Settings(**{"max_steps": MAX_STEPS, **settings})
+    return Scene(finger, Surface(height, friction), tip, drive, chosen)
 
 
 def _refined(friction: float, modulus: float, restitution: float) -> Scene:
-    phalanx = replace(SOFT, youngs_modulus=modulus, poisson_ratio=0.4)
-    return replace(
-        SOFT_SCENE, finger=Finger((phalanx,) * 3), surface=Surface(0.1, friction),
-        tip=Tip(0.78e6, restitution), assumptions=Assumptions("refined"),
-    )  # fmt: skip
+    finger = Finger((replace(SOFT, youngs_modulus=modulus, poisson_ratio=0.4),) * 3)
+    scene = soft_scene(finger, friction=friction, tip=Tip(STIFFNESS, restitution))
+    return replace(scene, assumptions=Assumptions("refined"))
 
 
 def _slender(slenderness: float, elements: float, modulus: float) -> Scene:
     phalanx = Phalanx(0.04, 0.04 / slenderness, modulus, 1400.0, elements=int(elements))
-    return replace(SOFT_SCENE, finger=Finger((phalanx,) * 3))
+    return soft_scene(Finger((phalanx,) * 3))
 
 
 def _many(count: float, modulus: float, elements: float) -> Scene:
     finger = soft_finger(modulus, int(count), int(elements))
-    return replace(SOFT_SCENE, finger=finger, surface=Surface(0.8 * finger.length, 0.5))
+    return soft_scene(finger, height=0.8 * finger.length)
 
 
 def _bouncing_rod(restitution: float, end_time: float, friction: float) -> Scene:
     """A rod that bounces about ten times a second."""
-    settings = Settings(
-        end_time=end_time, contact_step=1e-5, contact_tolerance=1e-9, max_steps=400_000
-    )
-    return Scene(
-        soft_finger(count=1, elements=2), Surface(0.01, friction), Tip(1e4, restitution), Drive(),
-        settings,
-    )  # fmt: skip
-
-
-def _falling_rod(stiffness: float, modulus: float, height: float) -> Scene:
-    return Scene(
-        soft_finger(modulus, 1, 2), Surface(height, 0.0), Tip(stiffness), Drive(),
-        Settings(max_steps=10 * MAX_STEPS),
+    return soft_scene(
+        soft_finger(count=1, elements=2), 0.01, friction, Tip(1e4, restitution),
+        end_time=end_time, contact_step=1e-5, contact_tolerance=1e-9, max_steps=400_000,
     )  # fmt: skip
 
 
@@ -85,22 +77,19 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
         plane("step-modulus-radius", "contact_step (s)", "youngs_modulus (Pa)", "spectral_radius",
               _powers(1e-7, 1e-4, n(17, 4)), _powers(1e4, 1e12, n(17, 5)),
               (0.0, 0.8, 1.0) if quick else (0.0, 0.3, 0.6, 0.8, 1.0),
-              lambda step, modulus, radius: replace(
-                  SOFT_SCENE, finger=soft_finger(modulus), settings=_soft(
-                      contact_step=step, flight_step=min(100 * step, 1e-3),
-                      spectral_radius=radius))),
+              lambda step, modulus, radius: soft_scene(
+                  soft_finger(modulus), contact_step=step, flight_step=min(100 * step, 1e-3),
+                  spectral_radius=radius)),
         plane("stiffness-step", "normal_stiffness (N/m)", "contact_step (s)", "restitution",
               _powers(1e2, 1e10, n(33, 9)), _powers(1e-7, 1e-4, n(13, 3)),
               (1.0,) if quick else (1.0, 0.5),
-              lambda stiffness, step, restitution: replace(
-                  SOFT_SCENE, tip=Tip(stiffness, restitution),
-                  settings=_soft(contact_step=step))),
+              lambda stiffness, step, restitution: soft_scene(
+                  tip=Tip(stiffness, restitution), contact_step=step)),
         plane("friction-ratio-restitution", "friction", "tangential_ratio", "restitution",
               (0.0, *_powers(0.01, 10, n(15, 4))), (0.0, *_powers(1e-3, 1e3, n(15, 4))),
               (0.05, 0.5, 1.0) if quick else (0.05, 0.2, 0.5, 0.8, 1.0),
-              lambda friction, ratio, restitution: replace(
-                  SOFT_SCENE, surface=Surface(0.1, friction),
-                  tip=Tip(0.78e6, restitution, ratio))),
+              lambda friction, ratio, restitution: soft_scene(
+                  friction=friction, tip=Tip(STIFFNESS, restitution, ratio))),
         plane("refined-restitution", "friction", "youngs_modulus (Pa)", "restitution",
               (0.0, *_powers(0.1, 1.2, n(7, 2))), _powers(1e7, 1e10, n(7, 2)),
               (0.1, 0.5) if quick else (0.05, 0.1, 0.2, 0.3, 0.5, 0.8, 1.0), _refined),
@@ -110,30 +99,29 @@ def hcm_maps(quick: bool) -> tuple[Map, ...]:
         plane("torque-gravity", "torque (N m)", "gravity (m/s2)", "sign of the second torque",
               (0.0, *_powers(1e-3, 10, n(20, 5))), (0.0, *_powers(0.1, 1e3, n(14, 3))),
               (1.0, -1.0),
-              lambda torque, gravity, sign: replace(
-                  SOFT_SCENE, drive=Drive((torque, sign * torque, torque), gravity))),
+              lambda torque, gravity, sign: soft_scene(
+                  drive=Drive((torque, sign * torque, torque), gravity))),
         plane("phalanges", "phalanges", "youngs_modulus (Pa)", "elements",
               _whole(30, n(17, 5)), _powers(1e5, 1e11, n(9, 2)),
               (2.0,) if quick else (1.0, 2.0, 5.0), _many),
-        Map("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
-            _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
-            (0.008,) if quick else (0.008, 0.02), _falling_rod, judge_by_closed_form, "hcm"),
-        Map("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
-            (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
-            (1.0,) if quick else (1.0, 0.5),
-            lambda friction, modulus, restitution: replace(
-                SOFT_SCENE, finger=soft_finger(modulus), surface=Surface(0.1, friction),
-                tip=Tip(0.78e6, restitution)),
-            judge_by_dop853, "hcm"),
-        Map("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
-            (2026.0,), (0.0,),
-            lambda number, seed, _: random_scene(random_numbers(int(seed), int(number))),
-            judge_by_laws, "fuzz"),
+        plane("rigid-rod", "normal_stiffness (N/m)", "youngs_modulus (Pa)", "height (m)",
+              _powers(1e3, 1e6, n(13, 5)), _powers(1e10, 1e12, n(5, 2)),
+              (0.008,) if quick else (0.008, 0.02),
+              lambda stiffness, modulus, height: soft_scene(
+                  soft_finger(modulus, 1, 2), height, 0.0, Tip(stiffness),
+                  max_steps=10 * MAX_STEPS),
+              judge=judge_by_closed_form),
+        plane("other-integrator", "friction", "youngs_modulus (Pa)", "restitution",
+              (0.0, 0.1, 0.3, 0.5, 1.0, 3.0, 10.0)[:: n(1, 3)], _powers(1e7, 1e9, n(3, 2)),
+              (1.0,) if quick else (1.0, 0.5),
+              lambda friction, modulus, restitution: soft_scene(
+                  soft_finger(modulus), friction=friction, tip=Tip(STIFFNESS, restitution)),
+              judge=judge_by_dop853),
+        plane("random", "number", "seed", "", tuple(map(float, range(n(10_000, 150)))),
+              (2026.0,), (0.0,),
+              lambda number, seed, _: random_scene(random_numbers(int(seed), int(number))),
+              judge=judge_by_laws, solver="fuzz"),
+        plane("taps", "restitution", "end_time (s)", "friction", (0.9, 0.99, 1.0),
+              (1.0, 3.0, 10.0), (0.0, 0.5), _bouncing_rod, judge=judge_by_laws),
     )  # fmt: skip
-    if quick:
-        return maps
-    taps = Map(
-        "taps", "restitution", "end_time (s)", "friction", (0.9, 0.99, 1.0), (1.0, 3.0, 10.0),
-        (0.0, 0.5), _bouncing_rod, judge_by_laws, "hcm",
-    )  # fmt: skip
-    return (*maps, taps)
+    return maps[:-1] if quick else maps

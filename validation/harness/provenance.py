@@ -1,5 +1,6 @@
 """Where a number comes from: the scene as TOML, versions, machine."""
 
+import importlib.util
 import os
 import platform
 from datetime import UTC, datetime
@@ -20,6 +21,11 @@ def version(package: str) -> str:
         return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "source tree"
+
+
+def installed(package: str) -> bool:
+    """Whether there is a Python package of this name; it is not loaded."""
+    return importlib.util.find_spec(package) is not None
 
 
 def cores() -> int:

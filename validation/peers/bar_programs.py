@@ -3,7 +3,6 @@
 Every program runs in a process of its own, in a temporary folder, for a bounded time.
 """
 
-import importlib.util
 import json
 import os
 import subprocess
@@ -14,7 +13,7 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from pathlib import Path
 
-from validation.harness.provenance import version
+from validation.harness.provenance import installed, version
 from validation.peers import calculix, calculix_bar
 from validation.peers.bar import TIMEOUT_S, Bar, BarRun
 
@@ -56,9 +55,7 @@ class BarProgram:
     @property
     def present(self) -> bool:
         """Whether it can be run."""
-        if not self.module:
-            return calculix.available()
-        return importlib.util.find_spec(self.module) is not None
+        return installed(self.module) if self.module else calculix.available()
 
     @property
     def version(self) -> str:

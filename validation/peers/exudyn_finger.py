@@ -21,7 +21,6 @@ flight's steps are 1 ms, and up to twice the time where they are short.
 
 import contextlib
 import importlib
-import importlib.util
 import io
 import math
 import sys
@@ -43,11 +42,6 @@ LOCATED_M = 1e-13
 DENSE = 9
 CONTACT_WINDOW_S = 2.5e-4
 ATTEMPTS = 8
-
-
-def available() -> bool:
-    """Whether Exudyn is installed."""
-    return importlib.util.find_spec("exudyn") is not None
 
 
 class PeerFailedError(Exception):

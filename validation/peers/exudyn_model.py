@@ -7,11 +7,12 @@ scene slides is not known beforehand: a run whose tip turns back fails and says 
 import time
 
 from validation.errors import RunFailedError
+from validation.harness.provenance import installed
 from validation.models.adapter import Checkpoint, Kind, Outcome, Progress
 from validation.models.curves import Curves, record_of
 from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
-from validation.peers.exudyn_finger import PeerFailedError, available, tap
+from validation.peers.exudyn_finger import PeerFailedError, tap
 from validation.scenes.load import NamedScene, load_scene
 
 name = "exudyn"
@@ -29,7 +30,7 @@ SHORTLY_BEFORE = 0.98  # share of a rigid finger's fall after which Exudyn looks
 def refusal(scene: NamedScene) -> str:
     """Why it can't take this scene, with the remedy; empty if it can."""
     tables = scene.tables
-    if not available():
+    if not installed(name):
         return "exudyn is not installed: pip install 'fingertap[bench]'"
     for key, value, needed in (
         ("drive.torques", any(map(any, tables.torque_rows)), False),

@@ -18,10 +18,10 @@ import pytest
 from tests.validation.commands import Capture, Run, call
 from validation import models
 from validation.harness.identity import program
+from validation.harness.provenance import installed
 from validation.harness.run_files import Fields
 from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
-from validation.peers import exudyn_finger
 from validation.scenes.load import changed_scene, load_scene
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example"
@@ -245,7 +245,7 @@ def test_result_is_of_the_code_that_a_model_has_now(
     assert "numpy" in program("its_package")["versions"]
 
 
-@pytest.mark.skipif(not exudyn_finger.available(), reason="extra bench")
+@pytest.mark.skipif(not installed("exudyn"), reason="extra bench")
 def test_exudyn_agrees_on_the_soft_finger(fingertap: Run) -> None:
     found = {
         model: json.loads(fingertap("run", "soft", "--model", model, "--json").out)

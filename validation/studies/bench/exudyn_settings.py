@@ -7,6 +7,7 @@ from itertools import product
 from typing import Any
 
 from validation.compare.tap_errors import TapQuantities
+from validation.harness.provenance import installed
 from validation.harness.store import NO_STORE
 from validation.harness.timing import Timed
 from validation.models.adapter import Progress, part
@@ -94,7 +95,7 @@ ERROR_LIMITS = (1e-2, 1e-3, 1e-4, 1e-5)  # relative, at which the cheapest setti
 
 def absent() -> list[str]:
     """Peers that are not installed, with how to get them."""
-    return [] if exudyn_finger.available() else ["Exudyn (pip install 'fingertap[bench]')"]
+    return [] if installed("exudyn") else ["Exudyn (pip install 'fingertap[bench]')"]
 
 
 def _prepare(setting: Setting) -> Callable[[], Any]:

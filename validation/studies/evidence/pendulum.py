@@ -5,7 +5,6 @@ its elements. PyElastica's staggered grid is of second order (40, 80, 160 elemen
 are extrapolated.
 """
 
-import importlib.util
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,6 +14,7 @@ from hcm.arrays import Floats
 from hcm.beam.chain import build_chain
 from hcm.reference_solution import ChainStart, solve_chain
 from hcm.statics import NOWHERE
+from validation.harness.provenance import installed
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.rows import EvidenceRow
@@ -59,5 +59,5 @@ def rows(progress: Progress, _: Store) -> Iterator[EvidenceRow]:
 
 def absent() -> str:
     """Why it cannot be run; empty if it can."""
-    here = importlib.util.find_spec("elastica") is not None
-    return "" if here else "PyElastica is not installed: pip install 'fingertap[bench]'"
+    missing = "PyElastica is not installed: pip install 'fingertap[bench]'"
+    return "" if installed("elastica") else missing

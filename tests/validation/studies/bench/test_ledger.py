@@ -8,6 +8,7 @@ import pytest
 from tests.validation.commands import Patch, Run
 from tests.validation.peers.test_bar import hide_peers
 from validation.compare.tap_errors import TapErrors
+from validation.harness.provenance import installed
 from validation.harness.timing import shortest_in_turns
 from validation.peers import exudyn_finger
 from validation.peers.bar import Bar
@@ -110,7 +111,7 @@ def test_absent_peer_is_skipped_by_name(tmp_path: Path, monkeypatch: Patch, fing
     assert "fingertap" in (tmp_path / "bench" / "peers-reference.csv").read_text()
 
 
-@pytest.mark.skipif(not exudyn_finger.available(), reason="the extra bench is not installed")
+@pytest.mark.skipif(not installed("exudyn"), reason="the extra bench is not installed")
 def test_exudyn_agrees_and_locating_the_contact_pays() -> None:
     """Both codes see one tap: 0.1 % of the peak (measured 6e-4 at these steps); a contact that ends
     with a step is off by up to a step (3 us of 232 us)."""

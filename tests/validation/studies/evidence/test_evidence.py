@@ -1,5 +1,6 @@
 """Evidence from outside: the theories beside it, what a piece's rows become, and the page."""
 
+import importlib.util
 import math
 import re
 from collections.abc import Callable
@@ -192,7 +193,7 @@ def test_what_is_absent_left_out_or_failed_says_so(tmp_path: Path) -> None:
 
 
 def test_pyelastica_is_named_where_it_is_absent(monkeypatch: Patch) -> None:
-    monkeypatch.setattr(pendulum.importlib.util, "find_spec", lambda name: None)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
     assert "pip install 'fingertap[bench]'" in pendulum.absent()
 
 

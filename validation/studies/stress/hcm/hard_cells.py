@@ -18,6 +18,7 @@ from typing import Any
 import hcm
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.processes import workers
+from validation.harness.provenance import installed
 from validation.harness.uncertainty import two_digits
 from validation.models.adapter import Progress
 from validation.peers import exudyn_finger
@@ -142,7 +143,7 @@ def peers_table(progress: Progress) -> list[dict[str, Any]]:
             "hcm": _described(own, truth),
             "SciPy RK45, defaults": _described(scipy, truth),
         }
-        if exudyn_finger.available():
+        if installed("exudyn"):
             row["Exudyn, adaptive steps"] = _exudyn_cell(scene, result, truth)
         rows.append(row)
     return rows

@@ -7,7 +7,7 @@ import pytest
 
 import hcm
 from tests.validation.commands import Patch
-from validation.peers import exudyn_finger
+from validation.harness.provenance import installed
 from validation.studies.stress.hcm import hard_cells
 
 
@@ -40,7 +40,7 @@ def test_scipy_answers_a_hard_cell(monkeypatch: Patch) -> None:
     assert _percent_off(row["SciPy RK45, defaults"]) < 5.0
 
 
-@pytest.mark.skipif(not exudyn_finger.available(), reason="the extra bench is not installed")
+@pytest.mark.skipif(not installed("exudyn"), reason="the extra bench is not installed")
 def test_exudyn_answers_a_hard_cell() -> None:
     """One linear spring, which both see: measured 1e-5."""
     scene = hard_cells.hard_cells()["softest tip, k 1e3 N/m"]

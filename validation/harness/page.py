@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.harness.files import write_text
-from validation.harness.tables import heading, rounded
+from validation.harness.tables import heading, rounded, table_of, write_table
 from validation.harness.uncertainty import two_digits, with_error
 
 LARGEST_VECTOR = 1_000_000
@@ -46,6 +46,22 @@ def bar(value: float | None, error: float | None) -> str:
     if value is None or error is None:
         return number(value)
     return with_error(value, error).replace("+-", "\N{PLUS-MINUS SIGN}")
+
+
+def section(
+    folder: Path,
+    title: str,
+    name: str = "",
+    rows: Sequence[Mapping[str, Any]] = (),
+    notes: Sequence[str] = (),
+    figures: Sequence[Path] = (),
+) -> dict[str, Any]:
+    """A section of ``bench.html.j2``; its rows are also written as a table if that has a name."""
+    if name:
+        write_table(folder, name, table_of(rows), title)
+    columns = list(dict.fromkeys(column for row in rows for column in row))
+    tables = [{"name": name, "rows": rows, "columns": columns}] if rows else []
+    return {"title": title, "notes": notes, "figures": figures, "tables": tables}
 
 
 def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:

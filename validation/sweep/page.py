@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 import xarray
 
-from validation.harness.page import write_page
+from validation.harness import page
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS
-from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
 from validation.models import adapter, default_accuracy
 from validation.scenes.load import changed_scene
@@ -184,14 +183,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
 
     def section(title: str, name: str, rows: Sequence[dict[str, Any]], *notes: str,
                 figures: Sequence[Path] = ()) -> None:  # fmt: skip
-        tables = []
-        if rows:
-            write_table(folder, name, table_of(rows), title)
-            columns = list(dict.fromkeys(name for row in rows for name in row))
-            tables = [{"name": name, "rows": list(rows), "columns": columns}]
         if rows or figures:
-            entry = {"title": title, "notes": notes, "figures": figures, "tables": tables}
-            sections.append(entry)
+            sections.append(page.section(folder, title, name, rows, notes, figures))
 
     status = data["status"].values
     section("How the runs ended", "endings", [
@@ -240,5 +233,5 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
     path = folder / "index.html"
     heading = f"Sweep: {plan.name}"
     context = {"sections": sections, "machines": [machine], "heading": heading, "lead": lead}
-    write_page(path, "bench.html.j2", context)
+    page.write_page(path, "bench.html.j2", context)
     return path

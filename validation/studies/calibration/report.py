@@ -10,9 +10,8 @@ import pandas as pd
 
 from reference_fem import ACCURACY_QUANTITIES
 from validation.harness.figures import BLACK, GREY, ORANGE, panels
-from validation.harness.page import write_page
+from validation.harness.page import section, write_page
 from validation.harness.provenance import provenance
-from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
 from validation.studies.calibration.scenes import KINDS, RandomTap
 from validation.studies.stated_errors import (
@@ -25,7 +24,7 @@ from validation.studies.stated_errors import (
 
 FAR = 3.0  # times the accuracy asked for
 SMALLEST = 1e-9  # drawn for an error of zero
-NUMBER = ("scene", "kind", "overrides", "quantity", "stated", "true", "cautioned", "doubted")
+NUMBER = ("scene", "kind", "quantity", "stated", "true", "cautioned", "doubted", "overrides")
 
 Row = tuple[int, RandomTap, Mapping[str, Any]]
 
@@ -37,8 +36,8 @@ def numbers_of(rows: Sequence[Row]) -> pd.DataFrame:
     stated error is too small. silent : whether the number is wrong and the run has no caution.
     """
     lines = [
-        (index, case.kind, "; ".join(case.overrides), quantity, *StatedError(*number).shares,
-         bool(row["caution"]), bool(row["tight_caution"]))
+        (index, case.kind, quantity, *StatedError(*number).shares, bool(row["caution"]),
+         bool(row["tight_caution"]), "; ".join(case.overrides))
         for index, case, row in rows
         for quantity, number in row["numbers"].items()
     ]  # fmt: skip
@@ -62,13 +61,11 @@ def endings(rows: Sequence[Row]) -> list[dict[str, Any]]:
 def table(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     """How often the stated error is too small, or missing.
 
-    A row per quantity and per kind of scene; one for numbers whose tight solve has no caution (it
-    has one if it touches outside its fine edges); and one for all.
+    A row per quantity and per kind of scene, and for `_whole`.
     """
     kinds = [(f"of scenes: {kind}", own) for kind, own in numbers.groupby("kind", sort=False)]
-    whole = [("judged without a caution", numbers[~numbers["doubted"]]), ("all", numbers)]
     rows = []
-    for name, own in (*numbers.groupby("quantity", sort=False), *kinds, *whole):
+    for name, own in (*numbers.groupby("quantity", sort=False), *kinds, *_whole(numbers)):
         stated, true = (own[error].clip(lower=ROUND_OFF_SHARE) for error in ("stated", "true"))
         ratios = (stated / true)[np.isfinite(stated) & np.isfinite(true)]
         missed = int(own["missed"].sum())
@@ -91,51 +88,52 @@ def misses(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     """Every number that is missed or silent, with its scene, the worst first."""
     poor = numbers[numbers["missed"] | numbers["silent"]]
     beyond = poor["true"] / poor["stated"].clip(lower=ROUND_OFF_SHARE)
-    poor = poor.loc[beyond.sort_values(ascending=False, kind="stable").index]
-    names = {
-        "scene": "scene", "kind": "kind", "quantity": "quantity", "stated": "stated (%)",
-        "true": "true (%)", "cautioned": "cautioned", "doubted": "tight solve cautioned",
-        "overrides": "overrides",
-    }  # fmt: skip
-    poor = poor.assign(stated=100 * poor["stated"], true=100 * poor["true"])
-    found: list[dict[str, Any]] = poor[list(names)].rename(columns=names).to_dict("records")
+    poor = poor.loc[beyond.sort_values(ascending=False, kind="stable").index, list(NUMBER)]
+    percent = poor.assign(stated=100 * poor["stated"], true=100 * poor["true"])
+    titles = {"stated": "stated (%)", "true": "true (%)", "doubted": "tight solve cautioned"}
+    found: list[dict[str, Any]] = percent.rename(columns=titles).to_dict("records")
     return found
 
 
 def accuracy_kept(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """How many runs keep the accuracy asked of them, among all and among those that say they do.
 
-    A row per kind of scene, one for all, and one for those whose tight solve has no caution.
+    A row per kind of scene, and for `_whole`.
     """
     names = ACCURACY_QUANTITIES
-    judged = [
-        (case, row, max(StatedError(*row["numbers"][name]).shares[1] for name in names))
+    lines = [
+        (case.kind, bool(row["tight_caution"]), case.accuracy,
+         max(StatedError(*row["numbers"][name]).shares[1] for name in names) / case.accuracy,
+         (row.get("expected") or 0.0) <= case.accuracy, row["seconds"][0])
         for _, case, row in rows
         if case.accuracy is not None and all(name in row["numbers"] for name in names)
-    ]
-    groups = {kind: [one for one in judged if one[0].kind == kind] for kind in KINDS}
-    groups["judged without a caution"] = [one for one in judged if not one[1]["tight_caution"]]
+    ]  # fmt: skip
+    columns = ("kind", "doubted", "accuracy", "off", "said", "seconds")
+    judged = pd.DataFrame(lines, columns=columns).astype({"doubted": bool})
+    kinds = [(kind, judged[judged["kind"] == kind]) for kind in KINDS]
     found = []
-    for name, own in {**groups, "all": judged}.items():
-        if not own:
+    for name, own in (*kinds, *_whole(judged)):
+        if own.empty:
             continue
-        wanted = own[0][0].accuracy or 0.0
-        off = np.array([error for *_, error in own]) / wanted
-        said = np.array([(row.get("expected") or 0.0) <= wanted for _, row, _ in own])
-        kept = off[said] <= 1.0
+        off, kept = own["off"], own["off"][own["said"]]
         found.append(
             {
-                "scenes": name, "accuracy": wanted, "number": len(own),
+                "scenes": name, "accuracy": float(own["accuracy"].iloc[0]), "number": len(own),
                 "within (%)": 100 * float((off <= 1.0).mean()),
                 f"beyond {FAR:g} times": int((off > FAR).sum()),
-                "error / accuracy, median": float(np.median(off)), "largest": float(off.max()),
-                "say they keep it": int(said.sum()),
-                "of these within (%)": 100 * float(kept.mean()) if kept.size else None,
-                f"of these beyond {FAR:g} times": int((off[said] > FAR).sum()),
-                "seconds, median": float(np.median([row["seconds"][0] for _, row, _ in own])),
+                "error / accuracy, median": float(off.median()), "largest": float(off.max()),
+                "say they keep it": len(kept),
+                "of these within (%)": 100 * float((kept <= 1.0).mean()) if len(kept) else None,
+                f"of these beyond {FAR:g} times": int((kept > FAR).sum()),
+                "seconds, median": float(own["seconds"].median()),
             }
         )  # fmt: skip
     return found
+
+
+def _whole(numbers: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Numbers whose tight solve has no caution (it has one outside its fine edges), and all."""
+    return [("judged without a caution", numbers[~numbers["doubted"]]), ("all", numbers)]
 
 
 def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
@@ -171,17 +169,12 @@ def write_report(folder: Path, model: str, rows: Sequence[Row], names: Mapping[s
     }
     if kept := accuracy_kept(rows):
         tables = {f"{model}-held": (kept, "Runs that keep the accuracy asked of them"), **tables}
-    for name, (found, caption) in tables.items():
-        write_table(folder, name, pd.DataFrame(found), f"{model}: {caption}")
     picture = folder / f"{model}-calibration.png"
     draw(picture, numbers, names)
     sections = [
-        {
-            "title": f"{model}: {caption}", "figures": [picture] * (not place),
-            "tables": [{"columns": list(found[0]), "rows": found, "name": name}] if found else [],
-        }
+        section(folder, f"{model}: {caption}", name, found, figures=[picture] * (not place))
         for place, (name, (found, caption)) in enumerate(tables.items())
-    ]  # fmt: skip
+    ]
     judged, spoilt = (own["scene"].nunique() for own in (numbers, numbers[numbers["silent"]]))
     poor, silent = (int(numbers[part].sum()) for part in ("missed", "silent"))
     share = 100 * poor / max(len(numbers), 1)

@@ -26,9 +26,13 @@ SOFT_FINGER, SOFT_TIP, UNDRIVEN = soft_finger(), Tip(STIFFNESS), Drive()
 
 
 def soft_scene(
-    finger: Finger = SOFT_FINGER, height: float = 0.1, friction: float = 0.5, tip: Tip = SOFT_TIP,
-    drive: Drive = UNDRIVEN, **settings: Any,
-) -> Scene:  # fmt: skip
+    finger: Finger = SOFT_FINGER,
+    height: float = 0.1,
+    friction: float = 0.5,
+    tip: Tip = SOFT_TIP,
+    drive: Drive = UNDRIVEN,
+    **settings: Any,
+) -> Scene:
     """The soft scene with these changes; `settings` are fields of `hcm.Settings`."""
     chosen = Settings(**{"max_steps": MAX_STEPS, **settings})
     return Scene(finger, Surface(height, friction), tip, drive, chosen)

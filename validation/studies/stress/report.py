@@ -1,7 +1,8 @@
-"""The output of a campaign: a table and a figure per map, and the page."""
+"""The output of a campaign: a table and a figure per map, what limits it, and the page."""
 
+import re
 import textwrap
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,6 @@ from validation.harness.page import write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.studies.stated_errors import UNDERSTATED_FACTOR, WRONG_SHARE
-from validation.studies.stress.limits import limit
 from validation.studies.stress.reference.judge import OTHER_SCHEME_WITHIN
 from validation.studies.stress.stability_map import RIGHT_WITHIN, Answer, Map
 
@@ -22,6 +22,8 @@ COLORS = {
     Answer.RIGHT: GREEN, Answer.SMALLER: "#7fcfb5", Answer.REFUSED: GREY, Answer.STOPPED: BLUE,
     Answer.UNDERSTATED: "#e69f00", Answer.FLAGGED: "#f0e442", Answer.WRONG: ORANGE,
 }  # fmt: skip
+# The middle share of a group's values that "mostly" stands for.
+MOSTLY = 0.8
 
 
 def table_rows(wanted: Map, verdicts: Iterator[Mapping[str, Any]]) -> list[dict[str, Any]]:
@@ -31,6 +33,60 @@ def table_rows(wanted: Map, verdicts: Iterator[Mapping[str, Any]]) -> list[dict[
         {**dict(zip(wanted.axes, place, strict=False)), **verdict}
         for place, verdict in zip(places, verdicts, strict=False)
     ]
+
+
+def _cause(row: Mapping[str, Any]) -> str:
+    """The cause of a cell's answer: the solver's reason to stop, a refused parameter, a caution."""
+    reason = str(row["reason"])
+    if row["answer"] == Answer.STOPPED:
+        return f"stopped: {reason.partition(' at t =')[0]}"
+    if row["answer"] == Answer.REFUSED:
+        return f"refused: {_kind(reason.partition(' =')[0])}"
+    if row["answer"] == Answer.FLAGGED and reason:
+        return f"flagged: {_kind(reason.removeprefix('cautioned, '))}"
+    return str(row["answer"])
+
+
+def _kind(reason: str) -> str:
+    """The first clause of a reason, with n for numbers: the same for reasons of one kind."""
+    clause = re.split(r"[,:;] | at t =", re.sub(r" \([^)]*\)", "", reason))[0]
+    return re.sub(r"\b\d[\d.]*(?:e[+-]?\d+)?\b", "n", clause)
+
+
+def _where(name: str, axis: Sequence[float], values: Sequence[float]) -> str | None:
+    """The range in which most of the values lie, None if it is the whole axis."""
+    ordered = sorted(values)
+    cut = int(0.5 * (1 - MOSTLY) * len(ordered))
+    low, high = ordered[cut], ordered[-1 - cut]
+    if len(axis) < 2 or (low == min(axis) and high == max(axis)):
+        return None
+    label = name.partition(" (")[0].replace("_", " ")
+    if low == high:
+        return f"{label} {low:.3g}"
+    if low == min(axis):
+        return f"{label} up to {high:.3g}"
+    return f"{label} from {low:.3g}" if high == max(axis) else f"{label} {low:.3g} to {high:.3g}"
+
+
+def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
+    """A sentence on why cells have no right answer: causes, how many cells, and mostly where."""
+    groups: dict[str, list[Mapping[str, Any]]] = defaultdict(list)
+    for row in rows:
+        if row["answer"] not in (Answer.RIGHT, Answer.SMALLER):
+            groups[_cause(row)].append(row)
+    if not groups:
+        return "every cell is right"
+    sentences = []
+    for cause, cells in sorted(groups.items(), key=lambda group: -len(group[1])):
+        places = [
+            place
+            for name, axis in wanted.axes.items()
+            if wanted.y_name != "seed"
+            and (place := _where(name, axis, [float(cell[name]) for cell in cells]))
+        ]  # fmt: skip
+        at = f", mostly at {', '.join(places)}" if places else ""
+        sentences.append(f"{cause} ({len(cells)} of {len(rows)}{at})")
+    return "; ".join(sentences)
 
 
 def _ticks(values: Sequence[float], most: int) -> tuple[list[int], list[str]]:

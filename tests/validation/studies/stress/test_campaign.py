@@ -10,8 +10,7 @@ from validation.harness.line_store import LineStore
 from validation.studies.campaign import Case, run_cases, verdict_inputs
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
-from validation.studies.stress.limits import limit
-from validation.studies.stress.report import table_rows, write_map, write_stress_page
+from validation.studies.stress.report import limit, table_rows, write_map, write_stress_page
 from validation.studies.stress.stability_map import Answer
 
 

@@ -24,9 +24,8 @@ from reference_fem.model import Model
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Progress
 from validation.peers import calculix, calculix_impact
-from validation.studies.stress.reference.bodies import SIDE
 from validation.studies.stress.reference.judge import bar_impulse, judge
-from validation.studies.stress.reference.scene import ReferenceScene
+from validation.studies.stress.reference.scene import SIDE, ReferenceScene
 
 ABSENT = "CalculiX is not installed (apt-get install calculix-ccx): its table is skipped"
 TIMEOUT_S = 40.0

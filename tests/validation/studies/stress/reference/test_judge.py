@@ -12,11 +12,10 @@ import reference_fem as rf
 from reference_fem.model import Model
 from tests.validation.commands import Patch
 from validation.studies.stress.reference import judge as judge_module
-from validation.studies.stress.reference.bodies import SIDE, block
 from validation.studies.stress.reference.checks import violations
 from validation.studies.stress.reference.judge import bar_impulse, judge, scalars
 from validation.studies.stress.reference.maps import reference_maps
-from validation.studies.stress.reference.scene import ReferenceScene
+from validation.studies.stress.reference.scene import SIDE, ReferenceScene, block
 from validation.studies.stress.stability_map import Answer
 
 

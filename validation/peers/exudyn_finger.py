@@ -26,7 +26,7 @@ import math
 import sys
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,12 +70,9 @@ class _Finger:
             exudyn: Any = importlib.import_module("exudyn")  # prints which variant it is
             items: Any = importlib.import_module("exudyn.itemInterface")
 
-        self.exu = exudyn
+        self.exu, self.scene, self.steps = exudyn, scene, 0
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()
-        self.scene, self.steps, self.touched = scene, 0, False
-        self.adaptive, self.jacobian_a_step = adaptive, jacobian_a_step
-        self.spectral_radius = spectral_radius
         self.tip = self._add_chain(items)
         self.contact = self.system.AddObject(
             items.ObjectGenericODE2(nodeNumbers=[self.tip], stiffnessMatrix=np.zeros((4, 4)),
@@ -87,6 +84,21 @@ class _Finger:
                              outputVariableType=exudyn.OutputVariableType.Position)
         )  # fmt: skip
         self.system.Assemble()
+        self.settings = exudyn.SimulationSettings()
+        self.settings.solution.file.write = False
+        self.settings.solution.sensors.writePeriod = 1.0  # none in flight, as storing costs time
+        solvers, elements = exudyn.LinearSolverType, sum(p.elements for p in scene.finger.phalanges)
+        dense = elements <= DENSE
+        self.settings.linearSolver.solverType = solvers.EigenDense if dense else solvers.EigenSparse
+        self.settings.linearSolver.reuseAnalyzedPattern = True
+        stepping = self.settings.timeIntegration
+        stepping.adaptiveStep = adaptive
+        stepping.verboseMode = 0
+        stepping.generalizedAlpha.spectralRadius = spectral_radius
+        stepping.newton.relativeTolerance = RELATIVE
+        stepping.newton.absoluteTolerance = ABSOLUTE
+        stepping.newton.useModifiedNewton = True
+        stepping.newton.modifiedNewtonJacUpdatePerStep = jacobian_a_step
 
     def _add_chain(self, items: Any) -> int:
         """Add the phalanges along -X, hinged in a row; returns the tip's node."""
@@ -123,54 +135,33 @@ class _Finger:
             node, hinge_x = nodes[-1], hinge_x - phalanx.length
         return int(node)
 
-    def velocity(self) -> tuple[float, float]:
-        """The tip's velocity, m/s."""
-        speed = self.system.GetNodeOutput(self.tip, self.exu.OutputVariableType.Velocity)
-        return float(speed[0]), float(speed[1])
-
-    def gap(self) -> tuple[float, float]:
-        """The tip's height above the surface, m, and its rate, m/s."""
-        kind = self.exu.OutputVariableType
-        place = self.system.GetNodeOutput(self.tip, kind.Position)[1]
-        return float(place) + self.scene.surface.height, self.velocity()[1]
+    def tip_motion(self, kind: Literal["Position", "Velocity"]) -> tuple[float, float]:
+        """The tip's place, m, or velocity, m/s."""
+        x, y, _ = self.system.GetNodeOutput(self.tip, getattr(self.exu.OutputVariableType, kind))
+        return float(x), float(y)
 
     def touch(self) -> None:
-        """Switch the contact on, as linear terms in the tip's displacement from rest."""
-        self.touched = True
+        """Switch the contact on, as linear terms in the tip's displacement from rest; store it."""
         stiffness, mu = self.scene.tip.normal_stiffness, self.scene.surface.friction
         matrix = np.zeros((4, 4))
         matrix[0, 1], matrix[1, 1] = -mu * stiffness, stiffness
         force = matrix @ np.array([0.0, -self.scene.surface.height, 0.0, 0.0])
         self.system.SetObjectParameter(self.contact, "stiffnessMatrix", matrix)
         self.system.SetObjectParameter(self.contact, "forceVector", force)
+        self.settings.solution.sensors.writePeriod = 1e-12  # every step
+        self.settings.timeIntegration.newton.relativeTolerance = CONTACT_RELATIVE
 
-    def advance(self, start: float, duration: float, steps: int, relative: float) -> None:
+    def advance(self, start: float, duration: float, steps: int) -> None:
         """Continue the integration from the current state."""
-        configuration = self.exu.ConfigurationType
         if self.steps:
-            state = self.system.systemData.GetSystemState(configuration=configuration.Current)
-            self.system.systemData.SetSystemState(state, configuration=configuration.Initial)
-        settings = self.exu.SimulationSettings()
-        settings.solution.file.write = False
-        solvers = self.exu.LinearSolverType
-        elements = sum(phalanx.elements for phalanx in self.scene.finger.phalanges)
-        dense = elements <= DENSE
-        settings.linearSolver.solverType = solvers.EigenDense if dense else solvers.EigenSparse
-        settings.linearSolver.reuseAnalyzedPattern = True
-        # store every step in contact, none in flight, where storing would cost time
-        settings.solution.sensors.writePeriod = 1e-12 if self.touched else 1.0
-        stepping = settings.timeIntegration
+            configuration, data = self.exu.ConfigurationType, self.system.systemData
+            state = data.GetSystemState(configuration=configuration.Current)
+            data.SetSystemState(state, configuration=configuration.Initial)
+        stepping = self.settings.timeIntegration
         stepping.startTime, stepping.endTime = start, start + duration
         stepping.numberOfSteps = steps
-        stepping.adaptiveStep = self.adaptive
-        stepping.verboseMode = 0
-        stepping.generalizedAlpha.spectralRadius = self.spectral_radius
-        stepping.newton.relativeTolerance = relative
-        stepping.newton.absoluteTolerance = ABSOLUTE
-        stepping.newton.useModifiedNewton = True
-        stepping.newton.modifiedNewtonJacUpdatePerStep = self.jacobian_a_step
         try:
-            solved = self.system.SolveDynamic(settings)
+            solved = self.system.SolveDynamic(self.settings)
         except SystemError as error:
             if isinstance(error.__cause__, KeyboardInterrupt):
                 raise KeyboardInterrupt from None
@@ -181,17 +172,17 @@ class _Finger:
 
     def fly(self, flight_step: float, contact_step: float, located: bool, until: float) -> float:
         """Fly from rest to contact; returns the time of contact, s."""
-        self.advance(0.0, until, max(1, round(until / flight_step)), RELATIVE)
+        self.advance(0.0, until, max(1, round(until / flight_step)))
         time = until
         for _ in range(ATTEMPTS):
-            gap, speed = self.gap()
-            if abs(gap) <= LOCATED_M or gap < 0:
+            gap = self.tip_motion("Position")[1] + self.scene.surface.height
+            if gap <= LOCATED_M:
                 return time
-            ahead = -gap / speed
+            ahead = -gap / self.tip_motion("Velocity")[1]
             steps = max(1, math.ceil(ahead / (flight_step if located else contact_step)))
             if not located:
                 ahead = steps * contact_step
-            self.advance(time, ahead, steps, RELATIVE)
+            self.advance(time, ahead, steps)
             time += ahead
         raise PeerFailedError("Exudyn's contact was not found")
 
@@ -216,10 +207,10 @@ def tap(
     """
     finger = _Finger(scene, adaptive, spectral_radius, jacobian_a_step)
     contact = finger.fly(flight_step, contact_step, located, until)
-    velocity = finger.velocity()
+    velocity = finger.tip_motion("Velocity")
     finger.touch()
     steps = round(window / contact_step)
-    finger.advance(contact, steps * contact_step, steps, CONTACT_RELATIVE)
+    finger.advance(contact, steps * contact_step, steps)
     rows = finger.system.GetSensorStoredData(finger.sensor)
     rows = rows[-(steps + 1) :]  # those of the contact, with its start
     time = rows[:, 0] - contact

@@ -28,11 +28,8 @@ MOSTLY = 0.8
 
 def table_rows(wanted: Map, verdicts: Iterator[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """A row for each cell of a map, with the next verdicts of the iterator."""
-    places = ((cell.x, cell.y, cell.panel) for cell in wanted.cells())
-    return [
-        {**dict(zip(wanted.axes, place, strict=False)), **verdict}
-        for place, verdict in zip(places, verdicts, strict=False)
-    ]
+    found = zip(wanted.cells(), verdicts, strict=False)
+    return [{**cell.place, **verdict} for cell, verdict in found]
 
 
 def _cause(row: Mapping[str, Any]) -> str:
@@ -98,7 +95,7 @@ def _ticks(values: Sequence[float], most: int) -> tuple[list[int], list[str]]:
 def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits: str) -> None:
     """Draw one map under a title that says what limits it.
 
-    rows : from `table_rows`; cells without one stay white.
+    rows : from `table_rows`, of the first cells; those without one stay white.
     """
     from matplotlib.colors import ListedColormap
     from matplotlib.patches import Patch
@@ -106,12 +103,8 @@ def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits:
     colors = ListedColormap([COLORS[answer] for answer in Answer])
     count = len(wanted.panels)
     size = 1.2 + 2.9 * count, 3.6
-    codes = np.full((count, len(wanted.y), len(wanted.x)), np.nan)
-    for row in rows:
-        panel = row[wanted.panel_name] if wanted.panel_name else wanted.panels[0]
-        place = (wanted.panels.index(panel), wanted.y.index(row[wanted.y_name]),
-                 wanted.x.index(row[wanted.x_name]))  # fmt: skip
-        codes[place] = list(Answer).index(row["answer"])
+    codes = np.full((count, len(wanted.y), len(wanted.x)), np.nan)  # as `Map.cells` are ordered
+    codes.flat[: len(rows)] = [list(Answer).index(row["answer"]) for row in rows]
     with panels(path, count, style={"axes.grid": False}, figsize=size, sharey=True) as axes:
         for axis, panel, code in zip(axes[0], wanted.panels, codes, strict=True):
             axis.imshow(code, origin="lower", aspect="auto", cmap=colors, vmin=-0.5,

@@ -98,11 +98,9 @@ Judge = Callable[[Any], CellVerdict]
 
 @dataclass(frozen=True)
 class Cell:
-    """Where a cell lies on its map, and its scene."""
+    """Where a cell lies, by the names of its map's axes, and its scene."""
 
-    x: float
-    y: float
-    panel: float
+    place: dict[str, float]
     scene: Any
 
 
@@ -132,5 +130,7 @@ class Map:
 
     def cells(self) -> Iterator[Cell]:
         """All cells, panel by panel."""
+        names = tuple(self.axes)
         for panel, y, x in product(self.panels, self.y, self.x):
-            yield Cell(x, y, panel, self.scene(x, y, panel))
+            place = dict(zip(names, (x, y, panel), strict=False))
+            yield Cell(place, self.scene(x, y, panel))

@@ -43,16 +43,11 @@ def block(dim: int, divisions: int, distortion: float = 0.0, seed: int = 0) -> m
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
     number = np.arange(grid[..., 0].size).reshape(grid.shape[:-1])
     cells = structured(number)
-    points = grid.reshape(-1, dim)
-    limits = [(axis[0], axis[-1]) for axis in axes]
-    inside = np.all(
-        [(x > a + 1e-9) & (x < b - 1e-9) for x, (a, b) in zip(points.T, limits, strict=True)],
-        axis=0,
-    )
+    points, skin = grid.reshape(-1, dim), outer_facets(cells)
     moves = np.random.default_rng(seed).uniform(-1.0, 1.0, points.shape) * SIDE / divisions
-    points = points + distortion * moves * inside[:, None]
+    moves[skin] = 0.0
+    points = points + distortion * moves
     sets = {"pole": np.array([number[0, divisions // 2].flat[0]])}
-    skin = outer_facets(cells)
     skin = skin[np.lexsort(np.sort(skin, axis=1).T[::-1])]
     if dim == 3:
         sets["symmetry"] = np.flatnonzero(points[:, 2] == 0.0)

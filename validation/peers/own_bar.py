@@ -25,27 +25,17 @@ def box_model(
     """Model of a box or sheet without hinges whose lower side may touch."""
     facets = cells[:, LOWER[points.shape[1]]]
     lowest = facets[(points[facets, 1] == points[:, 1].min()).all(axis=1)]
-    mesh = meshes.FingerMesh(
-        points=points,
-        cells=cells,
-        node_sets={"pole": np.array([0])},
-        facet_sets={"surface": lowest},
-        cell_sets={"phalanx_1": np.arange(len(cells))},
-    )
+    whole = {"phalanx_1": np.arange(len(cells))}
+    mesh = meshes.FingerMesh(points, cells, {"pole": np.array([0])}, {"surface": lowest}, whole)
     return build_model(mesh, (material,), surface, drive, settings)
 
 
 def run_bar(bar: Bar, element: str) -> BarRun:
     """Take all steps in one call, several times; the shortest counts."""
     points, cells = bar.mesh()
-    model = box_model(
-        points,
-        cells,
-        fem.Material(youngs_modulus=YOUNG, poisson_ratio=0.0, density=DENSITY),
-        fem.Surface(height=1.0, friction=0.0),
-        fem.Drive(gravity=0.0),
-        fem.Settings(element=element, threads=bar.threads),
-    )
+    material, surface = fem.Material(YOUNG, 0.0, DENSITY), fem.Surface(height=1.0, friction=0.0)
+    settings = fem.Settings(element=element, threads=bar.threads)
+    model = box_model(points, cells, material, surface, fem.Drive(gravity=0.0), settings)
     model = replace(model, step_s=STEP_S)
     before = numba.get_num_threads()
     numba.set_num_threads(min(bar.threads, numba.config.NUMBA_NUM_THREADS))

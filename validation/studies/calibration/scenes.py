@@ -36,18 +36,23 @@ class RandomTap:
     accuracy: float | None = None
 
 
+def _short(number: float) -> float:
+    """A number to four digits, as one would write it in a scene."""
+    return float(f"{number:.4g}")
+
+
 def case(model: str, index: int, accuracy: float | None = None) -> RandomTap:
     """The scene with that number; an `accuracy` chooses elements and settings itself."""
     kind = KINDS[index % len(KINDS)]
     u: Iterator[float] = iter(random_numbers(SEED, index))
 
     def log(low: float, high: float) -> float:
-        return float(f"{low * (high / low) ** next(u):.4g}")
+        return _short(low * (high / low) ** next(u))
 
     count = 1 + int(4 * next(u))
     size, spread = log(0.01, 0.08), 0.3 if next(u) < 1 / 3 else 0.0
-    lengths = [float(f"{size * (1 + spread * np.cos(2.0 * w)):.4g}") for w in range(count)]
-    diameter = float(f"{size / log(2, 10):.4g}")
+    lengths = [_short(size * (1 + spread * np.cos(2.0 * w))) for w in range(count)]
+    diameter = _short(size / log(2, 10))
     modulus, density = log(1e7, 1e11), log(800, 8000)
     poisson, slide, share = 0.3 + 0.19 * next(u), max(0.0, 1.5 * next(u) - 0.3), next(u)
     height = max((0.3 + 0.65 * share) * sum(lengths), diameter)
@@ -74,11 +79,11 @@ def case(model: str, index: int, accuracy: float | None = None) -> RandomTap:
             f"tip.restitution={1.0 if bounce < 0.5 else 0.3 + 1.4 * (bounce - 0.5):.3g}"
         )
     if kind == "driven":
-        overrides.append(f"drive.torques={[float(f'{t:.4g}') for t in torques]}")
+        overrides.append(f"drive.torques={list(map(_short, torques))}")
     elif kind == "three taps":
         overrides += _further_taps(model, tuple(overrides))
     elif kind == "tilted":
-        overrides.append(f"start.angles={[float(f'{a:.4g}') for a in tilts]}")
+        overrides.append(f"start.angles={list(map(_short, tilts))}")
     return RandomTap(model, kind, tuple(overrides), accuracy)
 
 

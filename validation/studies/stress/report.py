@@ -78,7 +78,7 @@ def limit(wanted: Map, rows: Sequence[Mapping[str, Any]]) -> str:
         places = [
             place
             for name, axis in wanted.axes.items()
-            if wanted.y_name != "seed"
+            if "seed" not in wanted.axes
             and (place := _where(name, axis, [float(cell[name]) for cell in cells]))
         ]  # fmt: skip
         at = f", mostly at {', '.join(places)}" if places else ""
@@ -101,20 +101,22 @@ def draw_map(path: Path, wanted: Map, rows: Sequence[Mapping[str, Any]], limits:
     from matplotlib.patches import Patch
 
     colors = ListedColormap([COLORS[answer] for answer in Answer])
-    count = len(wanted.panels)
+    (x_name, x), (y_name, y), *others = wanted.axes.items()
+    panel_name, values = others[0] if others else ("", (0.0,))
+    count = len(values)
     size = 1.2 + 2.9 * count, 3.6
-    codes = np.full((count, len(wanted.y), len(wanted.x)), np.nan)  # as `Map.cells` are ordered
+    codes = np.full((count, len(y), len(x)), np.nan)  # as `Map.cells` are ordered
     codes.flat[: len(rows)] = [list(Answer).index(row["answer"]) for row in rows]
     with panels(path, count, style={"axes.grid": False}, figsize=size, sharey=True) as axes:
-        for axis, panel, code in zip(axes[0], wanted.panels, codes, strict=True):
+        for axis, panel, code in zip(axes[0], values, codes, strict=True):
             axis.imshow(code, origin="lower", aspect="auto", cmap=colors, vmin=-0.5,
                         vmax=len(Answer) - 0.5, interpolation="nearest")  # fmt: skip
-            axis.set_xticks(*_ticks(wanted.x, 4))
-            axis.set_yticks(*_ticks(wanted.y, 6))
-            axis.set_xlabel(wanted.x_name)
-            if wanted.panel_name:
-                axis.set_title(f"{wanted.panel_name} = {panel:g}", fontsize=9)
-        axes[0][0].set_ylabel(wanted.y_name)
+            axis.set_xticks(*_ticks(x, 4))
+            axis.set_yticks(*_ticks(y, 6))
+            axis.set_xlabel(x_name)
+            if panel_name:
+                axis.set_title(f"{panel_name} = {panel:g}", fontsize=9)
+        axes[0][0].set_ylabel(y_name)
         seen = [answer for answer in Answer if answer in {row["answer"] for row in rows}]
         patches = [Patch(color=COLORS[answer], label=answer) for answer in seen]
         figure = axes[0][0].figure
@@ -130,7 +132,8 @@ def write_map(folder: Path, wanted: Map, rows: Sequence[Mapping[str, Any]]) -> d
     """
     write_table(folder, wanted.name, table_of(rows), f"Map {wanted.name}: {wanted.solver}")
     limits = limit(wanted, rows)
-    if len(wanted.y) > 1:
+    _, y, *_ = wanted.axes.values()
+    if len(y) > 1:
         draw_map(folder / f"{wanted.name}.png", wanted, rows, limits)
     counts = Counter(row["answer"] for row in rows)
     head = {"map": wanted.name, "solver": wanted.solver, "cells": len(rows)}

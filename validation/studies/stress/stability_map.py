@@ -2,7 +2,7 @@
 
 A `Map` names its axes and gives, for each of its cells, a *scene* and a *judge*:
 
-    scene(x, y, panel) -> a frozen dataclass whose repr is the cell's whole identity
+    scene(x, y[, panel]) -> a frozen dataclass whose repr is the cell's whole identity
     judge(scene) -> CellVerdict, a function of a module (it is sent to other processes)
 
 The judge runs the solver, bounded in work, and checks what comes back by something that did not
@@ -106,31 +106,20 @@ class Cell:
 
 @dataclass(frozen=True)
 class Map:
-    """A grid of cells: the solver it examines, its axes and panels, the scene of a cell.
+    """A grid of cells: the solver it examines, its axes, the scene of a cell and its judge.
 
-    panel_name is empty where there is one panel. A map of one y is a list: it gets no figure.
+    axes : the values of x, of y and, if it has panels, of these, by their names in the table. A map
+    of one y is a list: it gets no figure. scene : takes a value of each.
     """
 
     name: str
-    x_name: str
-    y_name: str
-    panel_name: str
-    x: tuple[float, ...]
-    y: tuple[float, ...]
-    panels: tuple[float, ...]
-    scene: Callable[[float, float, float], Any]
+    axes: dict[str, tuple[float, ...]]
+    scene: Callable[..., Any]
     judge: Judge
     solver: str
 
-    @property
-    def axes(self) -> dict[str, tuple[float, ...]]:
-        """The values along each axis, by its name."""
-        panels = {self.panel_name: self.panels} if self.panel_name else {}
-        return {self.x_name: self.x, self.y_name: self.y, **panels}
-
     def cells(self) -> Iterator[Cell]:
-        """All cells, panel by panel."""
-        names = tuple(self.axes)
-        for panel, y, x in product(self.panels, self.y, self.x):
-            place = dict(zip(names, (x, y, panel), strict=False))
-            yield Cell(place, self.scene(x, y, panel))
+        """All cells, panel by panel and row by row."""
+        for values in product(*reversed(self.axes.values())):
+            place = dict(zip(self.axes, reversed(values), strict=True))
+            yield Cell(place, self.scene(*place.values()))

@@ -16,7 +16,8 @@ from validation.studies.stress.stability_map import Answer
 
 def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     wanted = next(m for m in hcm_maps(quick=True) if m.name == "friction-ratio-restitution")
-    small = replace(wanted, x=(0.0, 0.5), y=(0.75,), panels=(1.0,), judge=judge_by_laws)
+    axes = dict(zip(wanted.axes, ((0.0, 0.5), (0.75,), (1.0,)), strict=True))
+    small = replace(wanted, axes=axes, judge=judge_by_laws)
     cases = [Case(small.name, cell.scene, small.judge) for cell in small.cells()]
     path = tmp_path / "cells.jsonl"
     told: list[str] = []
@@ -33,7 +34,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
     assert rows == table_rows(small, map(again.load, map(verdict_inputs, cases)))
     assert [row["friction"] for row in rows] == [0.0, 0.5]
     assert {row["answer"] for row in rows} <= {Answer.RIGHT, Answer.SMALLER}
-    plane = replace(small, y=(0.75, 0.9))
+    plane = replace(small, axes=axes | {"tangential_ratio": (0.75, 0.9)})
     line = write_map(tmp_path, plane, table_rows(plane, iter(found)))
     assert line["cells"] == 2
     assert line["map"] == small.name
@@ -42,12 +43,13 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
 
 def test_a_map_says_what_limits_it() -> None:
     """Counts and places come from the cells."""
-    wanted = replace(next(m for m in hcm_maps(quick=True) if m.name == "stiffness-step"),
-                     x=(1.0, 2.0, 3.0), y=(4.0, 5.0), panels=(1.0,))  # fmt: skip
+    whole = next(m for m in hcm_maps(quick=True) if m.name == "stiffness-step")
+    xs, ys = (1.0, 2.0, 3.0), (4.0, 5.0)
+    wanted = replace(whole, axes=dict(zip(whole.axes, (xs, ys, (1.0,)), strict=True)))
     rows = [
-        {wanted.x_name: x, wanted.y_name: y, wanted.panel_name: 1.0, "reason": "",
+        {**dict(zip(wanted.axes, (x, y, 1.0), strict=True)), "reason": "",
          "answer": Answer.STOPPED if x > 1 and y > 4 else Answer.RIGHT}
-        for x in wanted.x for y in wanted.y
+        for x in xs for y in ys
     ]  # fmt: skip
     assert limit(wanted, rows[:2]) == "every cell is right"
     for row in rows:

@@ -120,6 +120,7 @@ def test_a_tap_is_compared_with_another_integrator() -> None:
 def test_maps_cover_the_ranges() -> None:
     maps = {wanted.name: wanted for wanted in hcm_maps(quick=False)}
     assert sum(1 for wanted in maps.values() for _ in wanted.cells()) > 10_000
-    assert (maps["stiffness-step"].x[0], maps["stiffness-step"].x[-1]) == (1e2, 1e10)
-    assert maps["phalanges"].x[-1] == 30
-    assert maps["slenderness-elements"].y[-1] == 320
+    stiffness = maps["stiffness-step"].axes["normal_stiffness (N/m)"]
+    assert (stiffness[0], stiffness[-1]) == (1e2, 1e10)
+    assert maps["phalanges"].axes["phalanges"][-1] == 30
+    assert maps["slenderness-elements"].axes["elements"][-1] == 320

@@ -143,35 +143,38 @@ NEXT_NORMAL = {
 
 def _events(scene: Scene, result: TapResult) -> Iterator[str]:
     """Events follow one another as fig. 5 allows, and the first mode is that of eq. 21."""
-    h, tip, mu = result.history, scene.tip, scene.surface.friction
-    state, tangential, previous = "flight", "free", -np.inf
+    h, state, tangential, previous = result.history, "flight", "free", -np.inf
     for event in result.events:
         if event.time_s < previous:
             yield f"{event.kind} before its predecessor"
         previous = event.time_s
-        if event.kind in NEXT_NORMAL:
-            before, after = NEXT_NORMAL[event.kind]
-            if state != before:
-                yield f"{event.kind} while in {state}"
-            state = after
-            if event.kind == "contact":
-                rows = np.flatnonzero((h.time_s == event.time_s) & (h.mode // 3 == 1))
-                if rows.size:
-                    tangential = ("free", "stick", "slip")[int(h.mode[rows[0]]) % 3]
-                    vx, vy = h.tip_velocity_m_per_s[rows[0]]
-                    sticks = abs(vx) * tip.tangential_ratio < mu * abs(vy)
-                    wanted = "stick" if sticks else "slip"
-                    if mu == 0 or tip.tangential_ratio == 0:
-                        wanted = "free"
-                    if tangential != wanted:
-                        yield f"contact starts in {tangential}, eq. 21 asks for {wanted}"
-                else:
-                    yield "contact without a row in compression"
-        else:
+        if event.kind not in NEXT_NORMAL:
             before, after = event.kind.split("_to_")
             if tangential != before or state == "flight":
                 yield f"{event.kind} while in {tangential}, {state}"
             tangential = after
+            continue
+        before, after = NEXT_NORMAL[event.kind]
+        if state != before:
+            yield f"{event.kind} while in {state}"
+        state = after
+        if event.kind == "contact":
+            rows = np.flatnonzero((h.time_s == event.time_s) & (h.mode // 3 == 1))
+            if not rows.size:
+                yield "contact without a row in compression"
+                continue
+            tangential = ("free", "stick", "slip")[int(h.mode[rows[0]]) % 3]
+            wanted = _first_mode(scene, *h.tip_velocity_m_per_s[rows[0]])
+            if tangential != wanted:
+                yield f"contact starts in {tangential}, eq. 21 asks for {wanted}"
+
+
+def _first_mode(scene: Scene, vx: float, vy: float) -> str:
+    """How a tip of that velocity, m/s, starts to touch by eq. 21."""
+    mu, ratio = scene.surface.friction, scene.tip.tangential_ratio
+    if mu == 0 or ratio == 0:
+        return "free"
+    return "stick" if abs(vx) * ratio < mu * abs(vy) else "slip"
 
 
 def _postures(scene: Scene, result: TapResult) -> Iterator[str]:

@@ -61,26 +61,19 @@ def _linear(result: TapResult, model: Model) -> tuple[Array, Array, float]:
 
 def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     """The same for the moment of momentum about the fixed hinge, (n, 1)."""
-    f, nodes = result.forces, model.contact.nodes
-    times = [s.time_s for s in result.snapshots]
-    places = [(model.points + s.displacement)[:, :2] for s in result.snapshots]
-    gained, weights, centres = [], [], []
-    for shown, x in zip(result.snapshots, places, strict=True):
-        v = shown.velocity
-        gained.append(model.mass @ (x[:, 0] * v[:, 1] - x[:, 1] * v[:, 0]) * model.symmetry_factor)
-        moment = model.mass @ (
-            x[:, 0] * model.gravity_vector[1] - x[:, 1] * model.gravity_vector[0]
-        )
-        weights.append(moment * model.symmetry_factor)
-        pushed = shown.contact_pressure_Pa[nodes] * model.contact.area
-        if pushed.any():
-            centres.append([shown.time_s, *(pushed @ x[nodes] / pushed.sum())])
-    if not centres:  # a touch between two fields
-        lowest = nodes[np.argmin(places[-1][nodes, 1])]
-        centres.append([times[-1], *places[-1][lowest]])
-    when, *plane = np.array(centres).T
-    x, y = (np.interp(f.time_s, when, column) for column in plane)
+    f, nodes, shown = result.forces, model.contact.nodes, result.snapshots
+    mass = model.mass * model.symmetry_factor
+    times = np.array([s.time_s for s in shown])
+    places = np.array([(model.points + s.displacement)[:, :2] for s in shown])
+    velocities = np.array([s.velocity[:, :2] for s in shown])
+    pushed = np.array([s.contact_pressure_Pa[nodes] * model.contact.area for s in shown])
+    if not pushed.any():  # a touch between two fields: by the lowest node
+        pushed[-1, np.argmin(places[-1, nodes, 1])] = 1.0
+    some = pushed.any(axis=1)
+    centres = np.einsum("tn,tnc->ct", pushed[some], places[some][:, nodes])
+    x, y = (np.interp(f.time_s, times[some], c) for c in centres / pushed[some].sum(axis=1))
     contact = x * f.normal_force_N - y * f.tangential_force_N
+    weights = _moment(places, np.array(model.gravity_vector)) @ mass
     signs = np.zeros(model.torques.values.shape[1])
     for couple in model.couples:
         signs[couple.joint] += couple.sign * model.symmetry_factor
@@ -88,7 +81,12 @@ def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     rate = contact + np.interp(f.time_s, times, weights) + couples
     impulse = np.abs(x * f.normal_force_N) + np.abs(y * f.tangential_force_N)
     return (
-        np.array(gained)[:, None],
+        (_moment(places, velocities) @ mass)[:, None],
         _given(result, rate[:, None]),
         float(np.trapezoid(impulse, f.time_s)),
     )
+
+
+def _moment(place: Array, vector: Array) -> Array:
+    """Of vectors (..., 2) about the origin."""
+    return np.asarray(place[..., 0] * vector[..., 1] - place[..., 1] * vector[..., 0])

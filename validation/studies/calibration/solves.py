@@ -122,14 +122,9 @@ def _tight_beams(scene: NamedScene, case: RandomTap) -> Solve | None:
 
 def _tighter(given: Any) -> Any:
     """The scene with smaller tolerances and more elements."""
-    settings = replace(
-        given.settings,
-        flight_tolerance=given.settings.flight_tolerance / TOLERANCES,
-        contact_tolerance=given.settings.contact_tolerance / TOLERANCES,
-        max_steps=MOST_STEPS,
-        taps=1,
-    )
-    return _with_elements(given, ELEMENTS, settings)
+    s = given.settings
+    flight, contact = s.flight_tolerance / TOLERANCES, s.contact_tolerance / TOLERANCES
+    return _finer(given, ELEMENTS, flight_tolerance=flight, contact_tolerance=contact)
 
 
 def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:
@@ -142,22 +137,23 @@ def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:
     for share in WITHIN:
         smaller = max(accuracy / share, hcm.SMALLEST)
         chosen = hcm.settings_for(smaller, given, {"flight": "elastic"}).scene
-        settings = replace(
-            chosen.settings,
-            flight_elements=math.ceil(FINER * chosen.settings.flight_elements),
-            flight_step=chosen.settings.flight_step / ELEMENTS,
-            contact_step=chosen.settings.contact_step / ELEMENTS,
-            max_steps=MOST_STEPS,
-            taps=1,
+        s = chosen.settings
+        tight = _finer(
+            chosen,
+            FINER,
+            flight_elements=math.ceil(FINER * s.flight_elements),
+            flight_step=s.flight_step / ELEMENTS,
+            contact_step=s.contact_step / ELEMENTS,
             end_time=None,
         )
-        tight = _with_elements(chosen, FINER, settings)
         elements = sum(p.elements for p in tight.finger.phalanges)
-        if elements * lasts / settings.flight_step <= MOST_BENT:
+        if elements * lasts / tight.settings.flight_step <= MOST_BENT:
             return tight
     return None
 
 
-def _with_elements(given: Any, factor: float, settings: Any) -> Any:
+def _finer(given: Any, factor: float, **changes: Any) -> Any:
+    """The scene's first tap with that many times the elements, and changed settings."""
+    settings = replace(given.settings, max_steps=MOST_STEPS, taps=1, **changes)
     more = [replace(p, elements=math.ceil(factor * p.elements)) for p in given.finger.phalanges]
     return replace(given, finger=hcm.Finger(tuple(more)), settings=settings)

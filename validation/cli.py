@@ -58,7 +58,7 @@ COMMANDS = {  # by name: the function below `validation` that each calls, and wh
 IDENTIFY = {
     "contact": ("identify.contact_command:run_identify_contact",
         "Press the meshed tip on the surface: k and eta^2, beside Hertz, Mindlin and the paper."),
-    "torque": ("studies.paper.torque_command:run_identify_torque",
+    "torque": ("studies.paper.torque_factor:run_identify_torque",
         "Find the unit of the paper's printed t_3 from its three arrival times."),
     "ramp": ("studies.paper.ramp_outcome:run_identify_ramp",
         "Drive the paper's fingers by a damped ramp: do figs. 13 to 16 agree together?"),

@@ -70,7 +70,7 @@ def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: 
 def test_identify_torque_prints_the_factor_and_the_times(
     monkeypatch: Patch, fingertap: Run
 ) -> None:
-    from validation.studies.paper import torque_command
+    from validation.studies.paper import torque_factor
     from validation.studies.paper.torque_factor import CaseFactor, IdentifiedTorque, TorqueFactor
 
     found = TorqueFactor(7.2e-5, 1e-6, {"driven-1": 0.1}, {"driven-1": 0.101})
@@ -80,7 +80,7 @@ def test_identify_torque_prints_the_factor_and_the_times(
     }
     values = {"driven-1": {label: {"slip_to_stick": 3} for label in ("low", "best", "high")}}
     made = IdentifiedTorque(found, by_case, {"printed steps": found})
-    monkeypatch.setattr(torque_command, "identify_and_predict", lambda: (made, values))
+    monkeypatch.setattr(torque_factor, "identify_and_predict", lambda: (made, values))
     printed = json.loads(fingertap("identify", "torque", "--json").out)
     assert printed["factor_N_m_per_unit"] == 7.2e-5
     assert printed["arrival_times_s"]["driven-1"] == {"printed": 0.1, "computed": 0.101}

@@ -18,9 +18,18 @@ from validation.models.adapter import Progress, to_record
 from validation.models.hcm import hcm_scene
 from validation.models.inputs import run_inputs
 from validation.scenes.load import load_scene
-from validation.studies.paper.cases import Case
 
 EVENTS, FRAMES = "event_postures.npz", "frames.npz"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One run of the reduced model: a built-in scene, overrides, and times of wanted postures."""
+
+    name: str
+    scene: str
+    overrides: tuple[str, ...] = ()
+    frame_times: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -46,17 +55,15 @@ def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
 
 
 def solve_cases(
-    cases: Sequence[Case], pool: Workers, progress: Progress, store: Store = NO_STORE
+    cases: Sequence[Case],
+    pool: Workers,
+    store: Store = NO_STORE,
+    progress: Progress = lambda share, what: None,
 ) -> Mapping[str, CaseRun]:
     """Run all cases that are not stored; the result is in the order of the cases, by name."""
-    done: dict[str, CaseRun] = {}
-    futures = {}
-    for case in cases:
-        found = load_case(store, case)
-        if found is None:
-            futures[pool.submit(solve_case, case, store)] = case.name
-        else:
-            done[case.name] = found
+    done = {case.name: run for case in cases if (run := load_case(store, case)) is not None}
+    waiting = [case for case in cases if case.name not in done]
+    futures = {pool.submit(solve_case, case, store): case.name for case in waiting}
     for future in as_completed(futures):
         done[futures[future]] = future.result()
         progress(len(done) / len(cases), futures[future])

@@ -1,5 +1,6 @@
 """``fingertap paper``: every number that the paper prints, with a verdict, and its figures."""
 
+from functools import partial
 from pathlib import Path
 
 from validation.compare.claims import read_claims
@@ -15,21 +16,23 @@ from validation.harness.tables import write_table
 from validation.models.adapter import Progress, part
 from validation.runs.execute import Job, in_fresh_process
 from validation.studies.paper.case_runs import solve_cases
-from validation.studies.paper.cases import experiments, undriven_cases
-from validation.studies.paper.compliance_findings import compliance_findings
-from validation.studies.paper.driven_cases import driven_cases
-from validation.studies.paper.driven_findings import driven_findings, duration_ms
+from validation.studies.paper.cases import driven_cases, experiments, undriven_cases
+from validation.studies.paper.driven_findings import driven_findings
 from validation.studies.paper.figures import DRAWN_TWICE, SCENES, draw_figures
-from validation.studies.paper.friction_findings import friction_findings
 from validation.studies.paper.ledger import by_place, counts, ledger, ledger_table, score
-from validation.studies.paper.readings import CaseRuns
-from validation.studies.paper.reference_runs import JUDGED, References, run_references
+from validation.studies.paper.readings import CaseRuns, duration_ms
+from validation.studies.paper.soft_findings import compliance_findings, friction_findings
 from validation.studies.paper.torque_factor import IdentifiedTorque, identify_torque
-from validation.studies.paper.validation_findings import validation_findings
+from validation.studies.paper.validation_findings import (
+    JUDGED,
+    References,
+    run_references,
+    validation_findings,
+)
 
 
 def run_scenes(
-    folder: Path, model: str, overrides: tuple[str, ...], variant: str, store: Store
+    folder: Path, store: Store, model: str, overrides: tuple[str, ...] = (), variant: str = ""
 ) -> dict[str, RunRecord]:
     """Run a model on both scenes, each in a process of its own; failed runs are left out."""
     records = {}
@@ -49,7 +52,7 @@ def solve_all(progress: Progress, store: Store) -> tuple[CaseRuns, IdentifiedTor
         common, two = found.common, found.by_case["driven-2"].best_factor
         driven = driven_cases(common.factor, common.uncertainty, two, factors)
         cases = (*driven, *undriven_cases(), *experiments())
-        return solve_cases(cases, pool, part(progress, 0.2, 0.7), store), found
+        return solve_cases(cases, pool, store, part(progress, 0.2, 0.7)), found
 
 
 def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh = False) -> None:
@@ -67,13 +70,11 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
         store = Store(out / "store", fresh)
         runs, found = solve_all(progress, store)
         progress(0.7, "time and memory of the reduced model")
-        apart = run_scenes(runs_folder, "hcm", (), "", store)
+        apart = run_scenes(runs_folder, store, "hcm")
         references: References = {}
         if reference:
-            references = run_references(
-                lambda changes, name: run_scenes(runs_folder, "fem3d", changes, name, store),
-                part(progress, 0.75, 0.9),
-            )
+            solid = partial(run_scenes, runs_folder, store, "fem3d")
+            references = run_references(solid, part(progress, 0.75, 0.9))
         judged = references.get(JUDGED, {})
         progress(0.9, "ledger and figures")
         findings = {

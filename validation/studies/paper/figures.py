@@ -14,10 +14,8 @@ from validation.compare.figures import mesh_figure, overlay_figure
 from validation.harness.figures import COLORS, GREY, label, panels
 from validation.harness.record import RunRecord
 from validation.studies.paper.case_runs import CaseRun
-from validation.studies.paper.cases import friction_case
-from validation.studies.paper.driven_cases import POSTURE_TIMES, PRINTED_TORQUES
-from validation.studies.paper.driven_values import THREE
-from validation.studies.paper.readings import CaseRuns, curve, particle_velocity, window
+from validation.studies.paper.cases import POSTURE_TIMES, PRINTED_TORQUES, friction_case
+from validation.studies.paper.readings import THREE, CaseRuns, curve, particle_velocity, window
 
 SCENES = ("hard", "soft")
 TIME = "$t - t_c$ (ms)"
@@ -127,7 +125,7 @@ def _drawn_events(run: CaseRun) -> list[int]:
     time, force = curve(run, "normal_force_N")
     least = SHARE * float(force.max())
     turns = [time[find_peaks(side, prominence=least)[0]] for side in (force, -force)]
-    wanted = window(run.record)[0] + np.sort(np.concatenate([[0.0, time[-1]], *turns]))
+    wanted = window(run)[0] + np.sort(np.concatenate([[0.0, time[-1]], *turns]))
     instants = np.array([event.time_s for event in run.record.events])
     return [int(np.abs(instants - t).argmin()) for t in wanted]
 
@@ -137,7 +135,7 @@ def figure_15(path: Path, runs: CaseRuns) -> None:
     with panels(path, 3, width=3.6) as (axes,):
         for axis, (name, legend) in zip(axes, CASES, strict=True):
             run = runs[name]
-            start = run.record.value("contact_time_s") or 0.0
+            start, _ = window(run)
             for letter, i in zip(ascii_uppercase, _drawn_events(run), strict=False):
                 axial, deflection = run.event_postures[i].deflection(2)
                 moment = 1e3 * (run.record.events[i].time_s - start)

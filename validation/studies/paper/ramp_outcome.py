@@ -4,7 +4,7 @@ The stored outcome is the output of ``fingertap identify ramp --json``.
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, partial
 from itertools import product
@@ -18,15 +18,20 @@ from validation.harness.processes import Workers, workers
 from validation.harness.provenance import cores, provenance
 from validation.harness.uncertainty import two_digits
 from validation.models.adapter import Progress
-from validation.studies.paper.ramp_exclusion import GRID, Exclusion, exclude, share, sides
 from validation.studies.paper.ramp_experiment import (
+    GRID,
     RAMPS,
     RELAXATIONS,
+    Exclusion,
     JudgedChoice,
     driven_ids,
+    exclude,
     judged,
+    share,
+    sides,
     solve_choices,
 )
+from validation.studies.paper.readings import READINGS
 
 FILE = "ramp_experiment.json"
 
@@ -52,6 +57,11 @@ def kept_outcome() -> RampStudy:
     return TypeAdapter(RampStudy).validate_json((DATA / FILE).read_bytes())
 
 
+def places(id_: str, points: Sequence[JudgedChoice]) -> str:
+    """Number of choices at which a row agrees, in words."""
+    return f"{sum(id_ in point.agreeing for point in points)} of {len(points)}"
+
+
 def closest(points: Iterable[JudgedChoice]) -> JudgedChoice:
     """The choice at which most rows agree."""
     return max(points, key=lambda point: len(point.agreeing))
@@ -60,14 +70,12 @@ def closest(points: Iterable[JudgedChoice]) -> JudgedChoice:
 def sentence(id_: str, outcome: RampStudy) -> str:
     """The experiment's result for one row, in words."""
     points = outcome.points
-    own = sum(id_ in point.agreeing for point in points)
-    best, rows = closest(points), len(driven_ids())
-    together = sum(len(point.agreeing) == rows for point in points)
+    best, together = closest(points), sum(point.all_agree for point in points)
     return (
-        f"with a ramp and damping in the jump's place it agrees to 5 % at {own} of {len(points)}"
+        f"with a ramp and damping in the jump's place it agrees to 5 % at {places(id_, points)}"
         f" choices of (ramp up to {1e3 * RAMPS[-1]:g} ms, relaxation time up to"
         f" {1e3 * RELAXATIONS[-1]:g} ms, factor), all rows of figs. 13 to 16 together at"
-        f" {together or 'none'}; most, {len(best.agreeing)} of {rows}, at {place(best)};"
+        f" {together or 'none'}; most, {len(best.agreeing)} of {len(READINGS)}, at {place(best)};"
         f" {between(outcome.exclusion)} (fingertap identify ramp)"
     )
 
@@ -116,12 +124,11 @@ def run_identify_ramp(*, as_json: AsJson = False) -> None:
         )
     output("points of (ramp, relaxation time, factor) at which a row agrees to 5 %:")
     for id_ in rows:
-        own = sum(id_ in point.agreeing for point in points)
-        output(f"  {id_}: {own} of {len(points)}")
+        output(f"  {id_}: {places(id_, points)}")
     best = closest(points)
     missing = ", ".join(id_ for id_ in rows if id_ not in best.agreeing)
     output(
-        f"all {len(rows)} rows: {sum(len(p.agreeing) == len(rows) for p in points)}; most,"
+        f"all {len(rows)} rows: {sum(p.all_agree for p in points)}; most,"
         f" {len(best.agreeing)}, at {place(best)}, without {missing or 'exception'}"
     )
     output(between(outcome.exclusion))

@@ -1,15 +1,19 @@
-"""Readings of a run over its first tap: forces, phases, stresses, the tip's deflection."""
+"""Readings of a run over its first tap, and how figs. 13 to 16 are read from the driven cases."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
 
 import numpy as np
 
 from hcm import Posture
 from hcm.arrays import Floats
-from validation.harness.record import RunRecord
 from validation.studies.paper.case_runs import CaseRun
+from validation.studies.paper.cases import PRINTED_TORQUES
 
 CaseRuns = Mapping[str, CaseRun]
+Reading = Callable[[CaseRuns, str], Any]  # of cases whose names end in the text
+ONE, TWO, THREE = PRINTED_TORQUES
 
 # The paper counts transitions in its figures. A swing of Fn below this share of its peak, or a
 # phase shorter than this share of the contact, is thinner than a printed line: it is located, but
@@ -17,36 +21,38 @@ CaseRuns = Mapping[str, CaseRun]
 VISIBLE = 0.005
 
 
-def scalar(runs: CaseRuns, case: str, key: str) -> float:
+def scalar(run: CaseRun, key: str) -> float:
     """One of a run's scalars.
 
-    Raises KeyError: the case has not run or has no such value.
+    Raises KeyError: the run has no such value.
     """
-    value = runs[case].record.value(key)
+    value = run.record.value(key)
     if value is None:
-        raise KeyError(f"{case}: {key}")
+        raise KeyError(f"{run.case.name}: {key}")
     return value
 
 
 def event_times(run: CaseRun, kind: str) -> list[float]:
     """Times of the first tap's events of one kind after first contact, s."""
-    start, end = window(run.record)
+    start, end = window(run)
     return [e.time_s - start for e in run.record.events
             if e.kind == kind and start <= e.time_s <= end]  # fmt: skip
 
 
-def window(record: RunRecord) -> tuple[float, float]:
-    """First contact and the separation that ends the first tap, s."""
-    start = record.value("contact_time_s")
-    if start is None:
-        raise KeyError(f"{record.variant}: no contact")
-    duration = record.value("contact_duration_s")
-    return start, start + duration if duration is not None else float("inf")
+def window(run: CaseRun) -> tuple[float, float]:
+    """First contact and the separation that ends the first tap, s; infinite if it does not end."""
+    start, duration = scalar(run, "contact_time_s"), run.record.value("contact_duration_s")
+    return start, float("inf") if duration is None else start + duration
+
+
+def duration_ms(run: CaseRun) -> float:
+    """Duration of the first tap, ms; nan if it does not end."""
+    return 1e3 * (run.record.value("contact_duration_s") or float("nan"))
 
 
 def curve(run: CaseRun, name: str) -> tuple[Floats, Floats]:
     """Time t - t_c (s) and one history over the first tap."""
-    start, end = window(run.record)
+    start, end = window(run)
     time = run.record.history["time_s"]
     inside = (time >= start) & (time <= end)
     return time[inside] - start, run.record.history[name][inside]
@@ -62,6 +68,11 @@ def particle_velocity(run: CaseRun) -> tuple[Floats, Floats]:
 def largest_stress(run: CaseRun) -> float:
     """Maximum of sigma_R over the first tap, Pa: tension is positive, as in the paper's figures."""
     return float(curve(run, "stress_R_Pa")[1].max())
+
+
+def largest_stress_MPa(run: CaseRun) -> float:
+    """Maximum of sigma_R over the first tap, MPa."""
+    return 1e-6 * largest_stress(run)
 
 
 def transitions(run: CaseRun, share: float = VISIBLE) -> int:
@@ -116,9 +127,9 @@ def slip_to_stick(run: CaseRun, share: float = VISIBLE) -> int:
     return sum(here == 0 for here in found[1:])
 
 
-def sticks(run: CaseRun) -> bool:
-    """Whether the tip sticks at any moment of the first tap."""
-    return bool(np.any(curve(run, "mode")[1] % 3 == 1))
+def slides(run: CaseRun) -> bool:
+    """Whether the tip never sticks in the first tap."""
+    return not np.any(curve(run, "mode")[1] % 3 == 1)
 
 
 def deflection(posture: Posture) -> float:
@@ -131,7 +142,7 @@ def most_bent(run: CaseRun, drawn: bool) -> Posture:
 
     drawn : search only postures at the tap's events, which fig. 15 draws; else all that are kept.
     """
-    start, end = window(run.record)
+    start, end = window(run)
     several = run.event_postures if drawn else (*run.event_postures, *run.frames)
     return max((p for p in several if start <= p.time_s <= end), key=deflection)
 
@@ -143,7 +154,7 @@ def largest_deflection(run: CaseRun, drawn: bool = False) -> float:
 
 def share_of_largest_deflection(run: CaseRun) -> float:
     """Time of the tip's largest deflection, as a share of the contact."""
-    start, end = window(run.record)
+    start, end = window(run)
     return (most_bent(run, drawn=False).time_s - start) / (end - start)
 
 
@@ -156,6 +167,71 @@ def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
             if e.kind in ("restitution_to_compression", "separation")]  # fmt: skip
     largest = most_bent(run, drawn=True).time_s
     turn = event_times(run, "compression_to_restitution")[0]
-    start, end = window(run.record)
+    start, end = window(run)
     later = [e for e in ends if e - start - turn > 0.05 * (end - start)]
     return bool(later) and abs(largest - later[0]) < 0.05 * (end - start)
+
+
+def first_peak(run: CaseRun) -> float:
+    """First peak of F_n, N."""
+    return run.record.value("first_peak_normal_force_N") or float("nan")
+
+
+def first_tangential_peak(run: CaseRun) -> float:
+    """Largest |F_t| up to the first restitution, N."""
+    time, force = curve(run, "tangential_force_N")
+    turn = event_times(run, "compression_to_restitution")[0]
+    return float(np.abs(force[time <= turn]).max())
+
+
+def changes_sign(run: CaseRun) -> bool:
+    """Whether F_t is on both sides of zero."""
+    _, force = curve(run, "tangential_force_N")
+    return bool(force.min() < 0 < force.max())
+
+
+def concave(run: CaseRun) -> bool:
+    """Whether the hinges lie below the line from the fixed hinge to the tip at contact."""
+    return run.event_postures[0].is_concave
+
+
+def of(case: str, read: Callable[[CaseRun], Any]) -> Reading:
+    """A case's reading."""
+    return lambda runs, suffix: read(runs[case + suffix])
+
+
+def over_first(case: str, read: Callable[[CaseRun], Any]) -> Reading:
+    """A case's reading over that of case 1."""
+    return lambda runs, suffix: read(runs[case + suffix]) / read(runs[ONE + suffix])
+
+
+_ARRIVAL = partial(scalar, key="contact_time_s")
+READINGS: dict[str, Reading] = {  # in the order of the stored experiment's lists
+    "F13.1": of(ONE, _ARRIVAL),
+    "F13.2": of(TWO, _ARRIVAL),
+    "F13.3": of(THREE, _ARRIVAL),
+    "F13.4": of(ONE, concave),
+    "F13.5": of(TWO, concave),
+    "F13.6": of(THREE, lambda run: not concave(run)),
+    "F14.1": over_first(TWO, first_peak),
+    "F14.2": over_first(TWO, first_tangential_peak),
+    "F15.1": over_first(TWO, largest_deflection),
+    "F15.2": over_first(THREE, largest_deflection),
+    "F14.3": of(THREE, transitions),
+    "F14.4": of(THREE, changes_sign),
+    "F14.5": of(ONE, largest_stress_MPa),
+    "F14.6": of(TWO, largest_stress_MPa),
+    "F14.7": of(THREE, largest_stress_MPa),
+    "F15.3": lambda runs, suffix: all(
+        deflection_peaks_after_first_restitution(runs[case + suffix]) for case in PRINTED_TORQUES
+    ),
+    "F16.1": of(ONE, slides),
+    "F16.2": of(TWO, slides),
+    "F16.3": of(THREE, slip_to_stick),
+    "F16.4": of(THREE, lambda run: slips(run)[:4] == [1, -1, 1, -1]),
+}
+
+
+def driven_values(runs: CaseRuns) -> dict[str, float | bool]:
+    """Values by claim, from the cases that `runs` holds under the scenes' names."""
+    return {id_: read(runs, "") for id_, read in READINGS.items()}

@@ -1,4 +1,4 @@
-"""The unit of the printed t_3: one factor, from the three printed arrival times.
+"""``fingertap identify torque``: the unit of the printed t_3, from its three arrival times.
 
 The paper drives the third hinge with 30, 3000 and 5500 "N m", which would fold the finger. With
 torque t_3 = factor x printed value, the arrival times T_i(factor) of the three cases are three
@@ -9,18 +9,23 @@ measurements of one unknown: least squares on the relative residuals
 with the standard uncertainty s/|J|, s^2 = sum r^2/(3 - 1), J = dr/dfactor (linear regression).
 """
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
 from validation.compare.claims import read_claims
 from validation.errors import RunFailedError
-from validation.harness.processes import Workers
+from validation.harness.command_line import AsJson
+from validation.harness.console import output
+from validation.harness.processes import Workers, workers
+from validation.harness.provenance import cores
 from validation.harness.store import NO_STORE, Store
-from validation.studies.paper.case_runs import CaseRun, load_case, solve_case, solve_cases
-from validation.studies.paper.cases import Case
-from validation.studies.paper.driven_cases import NUMERICS, PRINTED_TORQUES, driven
+from validation.harness.uncertainty import two_digits
+from validation.studies.paper.case_runs import Case, CaseRun, load_case, solve_case, solve_cases
+from validation.studies.paper.cases import NUMERICS, PRINTED_TORQUES, driven
 from validation.studies.paper.ledger import printed_rounding
 
 ARRIVAL_CLAIMS = {"driven-1": "F13.1", "driven-2": "F13.2", "driven-3": "F13.3"}
@@ -32,6 +37,11 @@ CASE_BOUNDS = (5.0, 8.0)  # beyond, case 3's tip swings past the surface first
 FLIGHT_ONLY = ("finger.elements=5", "solver.hcm.max_contact_time=1e-9")
 # Steps three times those of cases 2 and 3: their arrival moves by 1e-5.
 COARSER = ("solver.hcm.flight_step=1e-6",)
+PREDICTED = (  # quantities that the factor was not fitted to
+    *("first_peak_normal_force_N", "peak_stress_R_Pa"),
+    *("compression_to_restitution", "stick_to_slip", "slip_to_stick", "reverse_slip"),
+)
+Predictions = dict[str, dict[str, dict[str, Any]]]  # by scene, bound of the factor, and quantity
 
 
 @dataclass(frozen=True)
@@ -114,7 +124,7 @@ def common_factor(
     def residuals(scaled: np.ndarray) -> np.ndarray:
         factor = 1e-5 * float(scaled[0])
         cases = [flight(scene, factor, numerics) for scene in PRINTED_TORQUES]
-        runs = solve_cases(cases, pool, lambda share, what: None, store)
+        runs = solve_cases(cases, pool, store)
         return np.array([arrival_time(run) for run in runs.values()]) / target - 1
 
     # arrival times jitter by about 1e-5 with the flight's steps: differences must be larger
@@ -164,3 +174,80 @@ def identify_torque(pool: Workers, store: Store = NO_STORE) -> IdentifiedTorque:
         {scene: job.result() for scene, job in single.items()},
         {name: common_factor(pool, numerics, store) for name, numerics in NUMERICS.items()},
     )
+
+
+def identify_and_predict() -> tuple[IdentifiedTorque, Predictions]:
+    """The factors, and the common one's predictions of quantities that it was not fitted to."""
+    with workers(min(3, cores())) as pool:
+        found = identify_torque(pool)
+        best, uncertainty = found.common.factor, found.common.uncertainty
+        bounds = {"low": best - uncertainty, "best": best, "high": best + uncertainty}
+        cases = [
+            driven(scene, factor, label)
+            for scene in PRINTED_TORQUES
+            for label, factor in bounds.items()
+        ]
+        runs = solve_cases(cases, pool)
+    return found, {
+        scene: {
+            label: {key: runs[f"{scene} {label}"].record.summary[key] for key in PREDICTED}
+            for label in bounds
+        }
+        for scene in PRINTED_TORQUES
+    }
+
+
+def run_identify_torque(*, as_json: AsJson = False) -> None:
+    """Identify, predict and print."""
+    identified, predicted = identify_and_predict()
+    found = identified.common
+    if as_json:
+        more = {
+            "alone": {scene: asdict(one) for scene, one in identified.by_case.items()},
+            "numerics": {name: to_json(fit) for name, fit in identified.by_numerics.items()},
+        }
+        output(json.dumps({**to_json(found), **more, "predictions": predicted}, indent=2))
+        return
+    output(f"factor on the printed t_3: {found.factor:.4g} +- {found.uncertainty:.2g} N m a unit")
+    for scene, time in found.computed.items():
+        printed = found.printed[scene]
+        output(
+            f"  {scene}: first contact at {1e3 * time:.3f} ms, printed {1e3 * printed:.3f} ms"
+            f" ({100 * (time / printed - 1):+.2f} %)"
+        )
+    output(f"  misfit {two_digits(found.misfit_percent)} % (root mean square)")
+    for scene, one in identified.by_case.items():
+        output(f"  {scene} alone: {_case_text(one)}")
+    for name, fit in identified.by_numerics.items():
+        output(f"  with {name}: factor {fit.factor:.4g}, misfit {two_digits(fit.misfit_percent)} %")
+    output("not fitted, with the factor at its lower bound, best value and upper bound:")
+    for scene, by_label in predicted.items():
+        for key in by_label["best"]:
+            values = ", ".join(_text(by_label[label][key]) for label in ("low", "best", "high"))
+            output(f"  {scene}: {key} {values}")
+
+
+def _case_text(one: CaseFactor) -> str:
+    if one.factor is None or one.half_width is None:
+        return (
+            f"no factor brings it there; nearest {1e3 * one.best_time_s:.3f} ms"
+            f" with {one.best_factor:.3g}"
+        )
+    return f"{one.factor:.4g} +- {one.half_width:.1g} (the rounding of its printed time)"
+
+
+def _text(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value).lower()
+
+
+def to_json(found: TorqueFactor) -> dict[str, object]:
+    """The object that ``--json`` prints."""
+    return {
+        "factor_N_m_per_unit": found.factor,
+        "uncertainty_N_m_per_unit": found.uncertainty,
+        "misfit_percent": found.misfit_percent,
+        "arrival_times_s": {
+            scene: {"printed": found.printed[scene], "computed": time}
+            for scene, time in found.computed.items()
+        },
+    }

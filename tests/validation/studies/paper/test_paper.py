@@ -16,16 +16,18 @@ from validation.harness.record import Event, RunRecord
 from validation.models.hcm import hcm_scene
 from validation.scenes.load import load_scene
 from validation.studies.paper import torque_factor
-from validation.studies.paper.case_runs import CaseRun, solve_case
-from validation.studies.paper.cases import DEFAULTS, Case, experiments, undriven_cases
-from validation.studies.paper.driven_cases import (
+from validation.studies.paper.case_runs import Case, CaseRun, solve_case
+from validation.studies.paper.cases import (
     CONTACT_WINDOWS,
+    DEFAULTS,
+    DRIVEN_VARIED,
     NUMERICS,
     POSTURE_TIMES,
     PRINTED_TORQUES,
-    VARIED,
     driven_cases,
+    experiments,
     torques,
+    undriven_cases,
 )
 from validation.studies.paper.ledger import (
     CLOSE,
@@ -187,7 +189,7 @@ def test_printed_arrival_times_come_from_the_claims() -> None:
 
 def test_each_driven_case_has_its_variations_and_its_postures() -> None:
     names = {case.name for case in DRIVEN}
-    assert names == {f"{s} {v}".strip() for s in PRINTED_TORQUES for v in ("", *VARIED)}
+    assert names == {f"{s} {v}".strip() for s in PRINTED_TORQUES for v in ("", *DRIVEN_VARIED)}
     for case in DRIVEN:
         begin, end = CONTACT_WINDOWS[case.scene]
         assert begin < printed_arrivals()[case.scene] < end

@@ -10,20 +10,18 @@ from tests.validation.commands import Run
 from validation.compare.claims import read_claims
 from validation.scenes.load import load_scene
 from validation.studies.paper import ramp_outcome
-from validation.studies.paper.ramp_exclusion import (
-    GRID,
-    corners,
-    exclude,
-    excluding_row,
-    share,
-    sides,
-)
 from validation.studies.paper.ramp_experiment import (
+    GRID,
     Choice,
     Solved,
+    corners,
     driven_ids,
+    exclude,
+    excluding_row,
     judged,
     ramped,
+    share,
+    sides,
     solve_choice,
 )
 from validation.studies.paper.ramp_outcome import closest, kept_outcome, sentence

@@ -4,7 +4,7 @@ import pytest
 
 from validation.harness.record import RunRecord
 from validation.scenes.load import load_scene
-from validation.studies.paper.reference_runs import (
+from validation.studies.paper.validation_findings import (
     COARSE,
     CONVERGED,
     JUDGED,

@@ -4,8 +4,7 @@ import numpy as np
 
 from tests.validation.commands import Make
 from validation.harness.store import Store
-from validation.studies.paper.case_runs import CaseRun, keep_case, load_case
-from validation.studies.paper.cases import Case
+from validation.studies.paper.case_runs import Case, CaseRun, keep_case, load_case
 
 
 def test_a_case_comes_back_with_its_postures(make_record: Make, tmp_path: Path) -> None:

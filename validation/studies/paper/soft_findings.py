@@ -1,0 +1,177 @@
+"""Section 4.2, figs. 10 to 12: the soft finger's friction, modulus, slenderness, hysteresis."""
+
+from collections.abc import Callable
+from functools import partial
+
+from validation.studies.paper.case_runs import CaseRun
+from validation.studies.paper.cases import (
+    SLENDEREST_VARIED,
+    STIFFNESSES,
+    STRESS_VARIED,
+    friction_case,
+)
+from validation.studies.paper.ledger import Finding
+from validation.studies.paper.readings import (
+    CaseRuns,
+    counting,
+    curve,
+    event_times,
+    largest_stress,
+    largest_stress_MPa,
+    located,
+    scalar,
+    slides,
+    transitions,
+)
+
+PEAK_NORMAL = partial(scalar, key="peak_normal_force_N")
+PEAK_TANGENTIAL = partial(scalar, key="peak_tangential_force_N")
+STEADY = 0.01  # largest relative spread of values that are called constant
+K, RESTITUTION = 0.78e6, 0.8  # of the soft tip, N/m, and of fig. 12
+# In the order of fig. 11's claims: transitions F11.1 to F11.6, stresses F11.11 to F11.16.
+SOFTEST, SLENDEREST = "soft E=0.01 GPa", "soft delta=32"
+CASES = (SOFTEST, "soft E=0.1 GPa", "soft", SLENDEREST, "soft delta=16", "soft")
+
+
+def _change(runs: CaseRuns, read: Callable[[CaseRun], float], mu: float, suffix: str = "") -> float:
+    """Relative change of a reading from mu = 0.3, percent."""
+    first, last = (read(runs[friction_case(at) + suffix]) for at in (0.3, mu))
+    return 100 * (last / first - 1)
+
+
+def _slip_phase(run: CaseRun) -> tuple[str, str]:
+    """Phase in which stick gives way to slip, and the two times as text."""
+    slip, turn = (
+        event_times(run, kind) for kind in ("stick_to_slip", "compression_to_restitution")
+    )
+    if not slip or not turn:
+        return "none", "no such transition"
+    phase = "compression" if slip[0] < turn[0] else "restitution"
+    return phase, (
+        f"stick ends {1e6 * slip[0]:.1f} us after contact, compression {1e6 * turn[0]:.1f} us"
+    )
+
+
+def _gross_slip(printed_percent: float, mu: float, printed_fall: float) -> str:
+    implied = 100 * (1 - (1 + printed_percent / 100) * 0.3 / mu)
+    return (
+        f"in gross slip Ft = mu Fn, so the printed +{printed_percent:g} % of Ft means"
+        f" -{implied:.1f} % of Fn, not -{printed_fall:g} %"
+    )
+
+
+def _stress_reason(runs: CaseRuns) -> str:
+    first, last = (largest_stress_MPa(runs[friction_case(mu)]) for mu in (0.3, 0.7))
+    tried = ", ".join(
+        f"{name} {_change(runs, largest_stress, 0.7, f' {name}'):.2f} %" for name in STRESS_VARIED
+    )
+    return (
+        f"the two stresses, {first:.4f} and {last:.4f} MPa, are in the ratio {last / first:.4f}"
+        f" against the printed 1.249 ({100 * (last / first / 1.249 - 1):+.2f} %), as far off as the"
+        f" paper's other stresses at R are; mesh and steps move it by as much: {tried}"
+    )
+
+
+def _steady_stress(runs: CaseRuns) -> Finding:
+    """Whether the largest stress is the same for mu = 0.9, 1.1, 1.3; how it depends on eta^2."""
+
+    def stresses(suffix: str) -> list[float]:
+        return [largest_stress_MPa(runs[friction_case(mu) + suffix]) for mu in (0.9, 1.1, 1.3)]
+
+    def spread(values: list[float]) -> float:
+        return max(values) / min(values) - 1
+
+    start = runs[friction_case(0.9)]
+    ours, tried, both = stresses(""), [], []
+    for name in STIFFNESSES:
+        eta2 = name.removeprefix("eta^2=")
+        change = spread(stresses(f" {name}"))
+        phase, _ = _slip_phase(runs[f"{start.case.name} {name}"])
+        tried.append(f"{eta2}: {100 * change:.1f} %, slip at mu = 0.9 begins in {phase}")
+        both += [eta2] if change < STEADY and phase == "compression" else []
+    time, stress = curve(start, "stress_R_Pa")
+    return Finding(
+        spread(ours) < STEADY,
+        f"MPa at mu = 0.9, 1.1, 1.3: {', '.join(f'{s:.3f}' for s in ours)}: they spread by"
+        f" {100 * spread(ours):.1f} %, constant means {100 * STEADY:g} %. At 0.9"
+        f" {_slip_phase(start)[1]}, and the stress peaks at"
+        f" {1e6 * float(time[stress.argmax()]):.1f} us: to be constant from 0.9 on, the tip would"
+        " have to stick nearly until then, while its slip begins in compression (F10.7). How much"
+        f" the stress changes depends on eta^2, which the paper does not give: {'; '.join(tried)}."
+        " Values at which the stress is constant and F10.7 holds:"
+        f" {', '.join(both) or 'none of these'}",
+    )
+
+
+def friction_findings(runs: CaseRuns) -> dict[str, Finding]:
+    """Findings of fig. 10 by claim."""
+    at = {mu: runs[friction_case(mu)] for mu in (0.3, 0.5, 0.7, 0.9, 1.1, 1.3)}
+    high = [PEAK_NORMAL(at[mu]) for mu in (1.1, 1.3)]
+    rows = {
+        "F10.1": Finding(-_change(runs, PEAK_NORMAL, 0.5), "", _gross_slip(55.6, 0.5, 7.2)),
+        "F10.2": Finding(-_change(runs, PEAK_NORMAL, 0.7), "", _gross_slip(105.3, 0.7, 11.6)),
+        "F10.3": Finding(_change(runs, PEAK_TANGENTIAL, 0.5)),
+        "F10.4": Finding(_change(runs, PEAK_TANGENTIAL, 0.7)),
+        "F10.5": Finding(all(slides(at[mu]) for mu in (0.3, 0.5, 0.7))),
+        "F10.6": Finding(
+            abs(high[1] / high[0] - 1) < 1e-3,
+            f"{high[0]:.4f} and {high[1]:.4f} N at mu = 1.1 and 1.3",
+        ),
+        "F10.10": Finding(_change(runs, largest_stress, 0.5)),
+        "F10.11": Finding(_change(runs, largest_stress, 0.7), _stress_reason(runs)),
+        "F10.12": _steady_stress(runs),
+    }
+    for id_, mu, expected in (
+        ("F10.7", 0.9, "compression"), ("F10.8", 1.1, "restitution"), ("F10.9", 1.3, "restitution"),
+    ):  # fmt: skip
+        phase, text = _slip_phase(at[mu])
+        rows[id_] = Finding(phase == expected, text)
+    return rows
+
+
+def loop_closure(run: CaseRun) -> float:
+    """Residual deformation at separation over (1 - e*^2) sum(u_Yc - u_Yr), minus 1 (fig. 4).
+
+    u_Yc = Fn/k at the end of each compression and u_Yr at the end of each restitution but the last.
+    """
+    time, force = curve(run, "normal_force_N")
+    _, position = curve(run, "tip_position_m")
+    start = scalar(run, "contact_time_s")
+    total = 0.0
+    for event in run.record.events:
+        sign = {"compression_to_restitution": 1, "restitution_to_compression": -1}.get(event.kind)
+        if sign is not None and 0 <= event.time_s - start <= time[-1]:
+            total += sign * force[abs(time - (event.time_s - start)).argmin()] / K
+    residual = position[0, 1] - position[-1, 1]
+    return float(residual / ((1 - RESTITUTION**2) * total) - 1)
+
+
+def compliance_findings(runs: CaseRuns) -> dict[str, Finding]:
+    """Findings of figs. 11 and 12, and of the abstract's range, by claim."""
+    rows = {}
+    counts = [transitions(runs[case]) for case in CASES]
+    for number, (case, count) in enumerate(zip(CASES, counts, strict=True), start=1):
+        reason = counting(runs[case]) if case in (SOFTEST, SLENDEREST) else ""
+        if case == SLENDEREST:
+            tried = (f"{name} {located(runs[f'{case} {name}'])}" for name in SLENDEREST_VARIED)
+            reason += f"; located with other choices: {', '.join(tried)}"
+        rows[f"F11.{number}"] = Finding(count, reason)
+        rows[f"F11.{number + 10}"] = Finding(largest_stress_MPa(runs[case]))
+    for id_, case, base in (
+        ("F11.7", "soft E=0.1 GPa", SOFTEST), ("F11.8", "soft", SOFTEST),
+        ("F11.9", "soft delta=16", SLENDEREST), ("F11.10", "soft", SLENDEREST),
+    ):  # fmt: skip
+        first, softer = (scalar(runs[one], "first_peak_normal_force_N") for one in (case, base))
+        rows[id_] = Finding(first / softer)
+    for id_, group in (("F12.1", ("E=0.01 GPa", "E=0.1 GPa")), ("F12.2", ("delta=32", "delta=16"))):
+        names = ["soft e*=0.8", *(f"soft e*=0.8 {name}" for name in group)]
+        worst = max(abs(loop_closure(runs[name])) for name in names)
+        rows[id_] = Finding(
+            worst < 1e-6,
+            "residual deformation at separation against (1 - e*^2) sum(u_Yc - u_Yr): largest"
+            f" relative difference {worst:.1g}",
+        )
+    rows["A.1"] = Finding(
+        min(counts) == 1 and max(counts) == 4, f"{min(counts)} to {max(counts)} transitions"
+    )
+    return rows

@@ -13,7 +13,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from hcm.arrays import Floats
-from validation.studies.assumptions.points import DIAMETER
+from validation.studies.assumptions.study import DIAMETER
 
 ALLOWED = (1.0, 2.0, 5.0)  # percent
 WRONG = 0.05  # largest wrong share of the scenes that a rule holds for, when fitted

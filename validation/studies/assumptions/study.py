@@ -1,5 +1,11 @@
 """The study's dataset: scenes, and the reference's numbers on each with their stated errors.
 
+The scenes are fingers that fall from rest, horizontal, and touch with the tip: scrambled Sobol
+points over the phalanges' number, L/d, E, rho, nu, mu and the last phalanx's angle theta at the
+touch (angles are uniform, since other parts would touch first at most of uniform heights). Rods of
+the true body's masses (`hcm.flight.rigid_chain`) fall to theta; the surface is at the lowest point
+of the sphere about the end's centre, H = sum L sin theta_i + R (1 - sin theta_P).
+
 A scene is solved to the first of `ACCURACIES`, the finest that a solid may be asked for, and to the
 next if that did not complete: fine meshes of a large patch are crushed sooner. Edges grow more
 slowly behind the patch than an accuracy prescribes, which changes a peak by 0.1 to 0.3 %. If a
@@ -8,6 +14,7 @@ tap's end is held where it is, since another end is no error of its touches. The
 in sweeps, so that a study that was stopped can be resumed.
 """
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -17,22 +24,41 @@ import pandas as pd
 import tomli_w
 import xarray
 
+import hcm
+from hcm.arrays import Floats
+from hcm.flight.rigid_chain import build_rods, rates
 from validation import DATA
 from validation.errors import RunFailedError
 from validation.harness.files import output_folder, write_text
 from validation.harness.quantities import TAP_AND_STRESS
-from validation.models.solid_mesh import sizing_of
+from validation.models import solid_mesh
 from validation.models.variants import Variant, cumulative
-from validation.studies.assumptions.points import DIAMETER, six, tables_of
+from validation.scenes.load import load_scene
+from validation.scenes.scene import Scene
 from validation.studies.assumptions.waterfall_command import REFERENCE
+from validation.sweep.axis import Axis
 from validation.sweep.command import solve_plan
-from validation.sweep.plan import read_plan
-from validation.sweep.points import points_of
+from validation.sweep.plan import assignment, read_plan
+from validation.sweep.points import points_of, values_of
 
+DIAMETER = 0.015  # m: another size amounts to another density, as only gravity has a length
+LONGEST_FALL_S = 1.0
+# keys of a scene, or the angle in degrees
+RANGES = {
+    "finger.phalanges": Axis(low=1.0, high=5.0),
+    "finger.length": Axis(low=2 * DIAMETER, high=10 * DIAMETER),
+    "material.youngs_modulus": Axis(low=1e7, high=1e11, log=True),
+    "material.density": Axis(low=800.0, high=8000.0, log=True),
+    "material.poisson_ratio": Axis(low=0.3, high=0.49),
+    "surface.friction": Axis(low=0.0, high=1.2),
+    "angle_deg": Axis(low=15.0, high=62.0),
+}
 FILE = "assumptions_study.csv"
 ACCURACY = "solver.fem.accuracy"
 ACCURACIES, GROWTH = (2e-3, 3e-3, 5e-3), 1.25
-BARS = dict(zip((entry.key for entry in TAP_AND_STRESS), (0.01, 0.005, 0.02, 0.05), strict=True))
+KEYS = [entry.key for entry in TAP_AND_STRESS]
+ERRORS = [f"{key}_error" for key in KEYS]
+BARS = dict(zip(KEYS, (0.01, 0.005, 0.02, 0.05), strict=True))
 TIP, FINER = "solver.fem.tip_size", 0.7
 HELD = "solver.fem.tap_until"  # s; 0: the tap ends by the reference's rule
 # Accuracy of the reduced model, whose own settings leave 0.3 % of a peak and 1 % of a stress.
@@ -41,6 +67,67 @@ LONGEST_S = 0.05  # limit of a tap: soft fingers stay for milliseconds
 STATUS = "reference_status"
 UNTIL = "solver.hcm.tap_until"
 ELASTIC, OWN = "refined, elastic flight", "refined, its own tap"
+
+
+def points(number: int, seed: int = 0) -> list[dict[str, Any]]:
+    """The first `number` points, each a dictionary by column, with numbers to six digits."""
+    from scipy.stats import qmc
+
+    sobol = qmc.Sobol(len(RANGES), rng=np.random.default_rng(seed))
+    cube = sobol.random_base2(math.ceil(math.log2(number)))[:number]
+    columns = [values_of(*pair) for pair in zip(RANGES.values(), cube.T, strict=True)]
+    rows = zip(*columns, strict=True)
+    return [_point(dict(zip(RANGES, map(six, row), strict=True))) for row in rows]
+
+
+def _point(found: dict[str, Any]) -> dict[str, Any]:
+    """A point with what follows from its values in the ranges."""
+    found["finger.phalanges"] = int(found["finger.phalanges"])
+    found["surface.height"] = six(_height(found))
+    touch = solid_mesh.predicted_touch(tables_of(found), 3)
+    # the linear spring that holds Hertz's energy at the turn, k d^2/2 = 2/5 F d, d = a^2/R
+    radius, nu = 0.5 * DIAMETER, found["material.poisson_ratio"]
+    found["tip.normal_stiffness"] = six(0.8 * touch.force * radius / touch.patch_radius**2)
+    found["tip.tangential_ratio"] = six(2.0 * (1.0 - nu) / (2.0 - nu))
+    found["patch_over_radius"] = six(touch.patch_radius / radius)
+    return found
+
+
+def tables_of(point: dict[str, Any]) -> Scene:
+    """The tables of a point's scene; columns without a dot are not keys of a scene."""
+    keys = {"finger.diameter": DIAMETER} | {key: v for key, v in point.items() if "." in key}
+    return load_scene("soft", [assignment(key, value) for key, value in keys.items()]).tables
+
+
+def _height(found: dict[str, Any]) -> float:
+    """H at which the last phalanx has the wanted angle, m."""
+    from scipy.integrate import solve_ivp
+
+    count, length, modulus, density, ratio, _, angle = (found[key] for key in RANGES)
+    phalanx = hcm.Phalanx(length, DIAMETER, modulus, density, poisson_ratio=ratio)
+    anywhere, refined = hcm.Surface(1.0, 0.0), hcm.Assumptions("refined")
+    rods, _ = build_rods(hcm.Finger((phalanx,) * count), anywhere, hcm.Drive(), refined)
+
+    def motion(time: float, state: Floats) -> Floats:
+        out = np.empty(2 * count)
+        rates(time, state, rods, out)
+        return out
+
+    def beyond(time: float, state: Floats) -> float:
+        del time
+        return float(state[count - 1]) - math.radians(angle)
+
+    beyond.terminal = True  # type: ignore[attr-defined]
+    flight = solve_ivp(
+        motion, (0.0, LONGEST_FALL_S), np.zeros(2 * count), events=beyond, rtol=1e-10, atol=1e-10
+    )
+    sines = np.sin(flight.y[:count, -1])
+    return float(length * sines.sum() + 0.5 * DIAMETER * (1.0 - sines[-1]))
+
+
+def six(value: float) -> float:
+    """A number rounded to six digits."""
+    return float(f"{value:.6g}")
 
 
 def read_study() -> pd.DataFrame:
@@ -60,8 +147,8 @@ def by_reference(table: pd.DataFrame, name: str, workers: int | None, out: Path)
     """Solve scenes with the reference, each to its own accuracy; returns them with its numbers."""
     found = _swept(table, name, [{"model": REFERENCE}], (ACCURACY,), workers, out).isel(model=0)
     table = table.assign(**{STATUS: found["status"].to_numpy()})
-    for entry in TAP_AND_STRESS:
-        for key in (entry.key, f"{entry.key}_error"):
+    for pair in zip(KEYS, ERRORS, strict=True):
+        for key in pair:
             table[key] = found[key].to_numpy() if key in found else np.nan  # if none completed
     return table
 
@@ -91,7 +178,7 @@ def solved(points: Sequence[dict[str, Any]], workers: int | None, out: Path) -> 
 
 def _tip_size(row: dict[str, Any]) -> float:
     """Edges at the contact that a scene's accuracy asks for, m, to six digits."""
-    sizing, _ = sizing_of(tables_of(row), 3)
+    sizing, _ = solid_mesh.sizing_of(tables_of(row), 3)
     return six(sizing.tip_size)
 
 

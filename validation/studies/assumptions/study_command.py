@@ -26,24 +26,26 @@ from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS, Quantity
 from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import Variant, all_variants, cumulative, leave_one_out
-from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import rules
 from validation.studies.assumptions.study import (
     ACCURACIES,
     BARS,
     ELASTIC,
+    ERRORS,
     FILE,
     GROWTH,
+    KEYS,
     OWN,
     STATUS,
     by_reference,
     by_variants,
     known,
+    points,
     read_study,
     solved,
 )
 
-WANTED = {entry.key: 5.0 if "stress" in entry.key else 2.0 for entry in TAP_AND_STRESS}  # percent
+WANTED = {key: 5.0 if "stress" in key else 2.0 for key in KEYS}  # percent
 OUTER = 5.0  # percent: the wider limit on all four numbers of a scene
 SEEDS = 2**32 - 1  # the largest that pandas takes
 APART = 1e-3  # of durations: beyond it the touches differ, as steps' errors are 1e-4
@@ -107,27 +109,26 @@ def _compare(table: pd.DataFrame, ended: Any, workers: int | None, out: Path, fo
     variants = all_variants()
     runs = by_variants(table, variants, workers, out)
     numbers = numbers_of(runs)
-    given = solid[[e.key for e in TAP_AND_STRESS]].to_numpy()
+    given = solid[KEYS].to_numpy()
     errors = 100.0 * (numbers[:, ended] / given - 1.0)
+    bars = 100.0 * (solid[ERRORS].to_numpy() / given)
     names = [*(variant.name for variant in variants), ELASTIC, OWN]
-    bars = 100.0 * (solid[[f"{e.key}_error" for e in TAP_AND_STRESS]].to_numpy() / given)
     shares, chosen = shares_of(errors, names, bars), _rules(table, numbers[:-2], runs)
-    title = f"The reduced model over {ended.sum()} scenes, assumption by assumption"
-    write_table(folder, "study", shares, title)
-    title = f"Which assumptions a scene can do without, by {len(table)} scenes"
-    write_table(folder, "rules", chosen, title)
-    _draw(folder / "study.png", solid, errors[:-2], variants)
-    for found in (shares, chosen):
+    for name, found, title in (
+        ("study", shares, f"The reduced model over {len(solid)} scenes, assumption by assumption"),
+        ("rules", chosen, f"Which assumptions a scene can do without, by {len(table)} scenes"),
+    ):
+        write_table(folder, name, found, title)
         output(found.to_string(index=False, float_format=lambda x: f"{x:.1f}"))
+    _draw(folder / "study.png", solid, errors[:-2], variants)
     output(
-        f"of {len(table)} scenes {ended.sum()} have a reference, {known(table).sum()} keep the"
+        f"of {len(table)} scenes {len(solid)} have a reference, {known(table).sum()} keep the"
         f" bars; files in {folder}"
     )
     output(_flight(numbers, table))
-    lasts = numbers[..., [entry.key for entry in TAP_AND_STRESS].index("contact_duration_s")]
-    apart = np.abs(lasts[-1] / lasts[len(cumulative()) - 1] - 1.0)
-    others = int((apart > APART).sum())
-    output(f"in {others} scenes the refined model's own tap has other touches")
+    lasts = numbers[..., KEYS.index("contact_duration_s")]
+    apart = np.abs(lasts[-1] / lasts[len(cumulative()) - 1] - 1.0) > APART
+    output(f"in {apart.sum()} scenes the refined model's own tap has other touches")
 
 
 def _flight(numbers: Floats, table: pd.DataFrame) -> str:
@@ -149,9 +150,8 @@ def _flight(numbers: Floats, table: pd.DataFrame) -> str:
 def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
     """Solve scenes again; raises RunFailedError where a number is beyond its stored error."""
     found = by_reference(stored, "again", workers, out)
-    keys = [entry.key for entry in TAP_AND_STRESS]
-    bars = stored[[f"{key}_error" for key in keys]].to_numpy()
-    shares = ((found[keys] - stored[keys]).abs() / bars).max(axis=1, skipna=False)
+    apart = (found[KEYS] - stored[KEYS]).abs()
+    shares = (apart / stored[ERRORS].to_numpy()).max(axis=1, skipna=False)
     for scene, share in shares.items():
         ended = found.loc[scene, STATUS].lower()
         output(f"scene {scene}: {ended}, differs by {share:.1e} of the stored errors")
@@ -165,7 +165,7 @@ def numbers_of(runs: xarray.Dataset) -> Floats:
     A finger that is too flexible for a rigid flight is so for the reference's as well, and counts.
     """
     ended = np.isin(runs["status"].to_numpy().T, ("COMPLETED", "TOO_FLEXIBLE"))
-    found = np.stack([runs[entry.key].to_numpy().T for entry in TAP_AND_STRESS], axis=-1)
+    found = np.stack([runs[key].to_numpy().T for key in KEYS], axis=-1)
     return np.where(ended[..., None], found, np.nan)
 
 
@@ -207,11 +207,8 @@ def _share(inside: NDArray[np.bool_]) -> float:
 def _draw(path: Path, table: pd.DataFrame, errors: Floats, variants: tuple[Variant, ...]) -> None:
     """Draw the waterfall of medians and 90th percentiles, and the refined model's errors below."""
     size, steps = np.abs(errors), len(cumulative())
-    with panels(path, len(TAP_AND_STRESS), 2, width=3.2, height=3.9) as axes:
-        names, titles = (
-            [_short(v.name) for v in variants],
-            [entry.title for entry in TAP_AND_STRESS],
-        )
+    names, titles = [_short(v.name) for v in variants], [entry.title for entry in TAP_AND_STRESS]
+    with panels(path, len(titles), 2, width=3.2, height=3.9) as axes:
         places = assumption_bars(axes[0], titles, names, np.nanmedian(size, axis=1), steps)
         for n, entry in enumerate(TAP_AND_STRESS):
             axis = axes[0][n]

@@ -163,13 +163,16 @@ def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
 
     Restitutions that last less than 5 % of the contact are ignored as ripples.
     """
-    ends = [e.time_s for e in run.record.events
-            if e.kind in ("restitution_to_compression", "separation")]  # fmt: skip
-    largest = most_bent(run, drawn=True).time_s
-    turn = event_times(run, "compression_to_restitution")[0]
     start, end = window(run)
-    later = [e for e in ends if e - start - turn > 0.05 * (end - start)]
-    return bool(later) and abs(largest - later[0]) < 0.05 * (end - start)
+    turn = event_times(run, "compression_to_restitution")[0]
+    ripple = 0.05 * (end - start)
+    ends = [
+        e.time_s
+        for e in run.record.events
+        if e.kind in ("restitution_to_compression", "separation")
+        and e.time_s - start - turn > ripple
+    ]
+    return bool(ends) and abs(most_bent(run, drawn=True).time_s - ends[0]) < ripple
 
 
 def first_peak(run: CaseRun) -> float:

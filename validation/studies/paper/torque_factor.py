@@ -119,19 +119,18 @@ def common_factor(
     from scipy.optimize import least_squares
 
     printed = printed_arrivals()
-    target = np.array([printed[scene] for scene in PRINTED_TORQUES])
+    target = np.array(list(printed.values()))
 
     def residuals(scaled: np.ndarray) -> np.ndarray:
         factor = 1e-5 * float(scaled[0])
-        cases = [flight(scene, factor, numerics) for scene in PRINTED_TORQUES]
-        runs = solve_cases(cases, pool, store)
+        runs = solve_cases([flight(scene, factor, numerics) for scene in printed], pool, store)
         return np.array([arrival_time(run) for run in runs.values()]) / target - 1
 
     # arrival times jitter by about 1e-5 with the flight's steps: differences must be larger
     fit = least_squares(residuals, [7.0], bounds=BOUNDS, diff_step=0.02, xtol=1e-4)
     variance = float(np.sum(fit.fun**2)) / (fit.fun.size - 1)
     uncertainty = 1e-5 * float(np.sqrt(variance / np.sum(fit.jac**2)))
-    computed = {s: float(t) for s, t in zip(PRINTED_TORQUES, (fit.fun + 1) * target, strict=True)}
+    computed = dict(zip(printed, ((fit.fun + 1) * target).tolist(), strict=True))
     return TorqueFactor(1e-5 * float(fit.x[0]), uncertainty, printed, computed)
 
 

@@ -22,9 +22,8 @@ from validation.models.variants import all_variants, cumulative, leave_one_out
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
 from validation.studies.assumptions import study, study_command, waterfall_command
-from validation.studies.assumptions.points import points
 from validation.studies.assumptions.rule import WRONG, Rule, fitted, rules
-from validation.studies.assumptions.study import BARS, STATUS, known, read_study
+from validation.studies.assumptions.study import BARS, STATUS, known, points, read_study
 from validation.studies.assumptions.study_command import numbers_of, shares_of
 from validation.sweep.plan import assignment
 

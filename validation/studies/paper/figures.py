@@ -85,13 +85,14 @@ def figure_12(path: Path, runs: CaseRuns) -> None:
 
 
 CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
+HEIGHT = 0.1  # m, of the first hinge above the surface
 SHARE = 0.05
 # Inside the factor's uncertainty case 3 has two kinds of contact: the other one is drawn too.
 OTHER_FACTOR = ("driven-3 case 2 alone", "case 3, factor of case 2 alone")
 DRAWN_TWICE = (THREE, OTHER_FACTOR[0])
 
 
-def figure_13(path: Path, runs: CaseRuns, height: float = 0.1) -> None:
+def figure_13(path: Path, runs: CaseRuns) -> None:
     """Postures before, at and after contact."""
     with panels(path, 3, width=3.6) as (axes,):
         for axis, (name, legend) in zip(axes, CASES, strict=True):
@@ -103,7 +104,7 @@ def figure_13(path: Path, runs: CaseRuns, height: float = 0.1) -> None:
                 axis.plot(*line.T, color=color, label=f"{1e3 * posture.time_s:.2f} ms")
                 hinges = np.array([nodes[0] for nodes in posture.positions_m])
                 axis.plot(*hinges.T, "o", color=color, markersize=3)
-            axis.axhline(-height, color=GREY, linewidth=2)
+            axis.axhline(-HEIGHT, color=GREY, linewidth=2)
             axis.set_aspect("equal", adjustable="datalim")
             label(axis, legend, "X (m)", "Y (m)")
             axis.legend(loc="lower left", bbox_to_anchor=(0.0, 0.1))  # clear of the surface

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -65,14 +66,9 @@ def particle_velocity(run: CaseRun) -> tuple[Floats, Floats]:
     return time[touching], velocity[touching]
 
 
-def largest_stress(run: CaseRun) -> float:
-    """Maximum of sigma_R over the first tap, Pa: tension is positive, as in the paper's figures."""
-    return float(curve(run, "stress_R_Pa")[1].max())
-
-
 def largest_stress_MPa(run: CaseRun) -> float:
-    """Maximum of sigma_R over the first tap, MPa."""
-    return 1e-6 * largest_stress(run)
+    """Maximum of sigma_R over the first tap: tension is positive, as in the paper's figures."""
+    return 1e-6 * float(curve(run, "stress_R_Pa")[1].max())
 
 
 def transitions(run: CaseRun, share: float = VISIBLE) -> int:
@@ -113,7 +109,7 @@ def phases(run: CaseRun, share: float = VISIBLE) -> list[int]:
     lengths = np.diff(np.append(time[starts], time[-1]))
     kept = [int(state[i]) for i, lasts in zip(starts, lengths, strict=True)
             if lasts > share * time[-1]]  # fmt: skip
-    return [s for i, s in enumerate(kept) if i == 0 or s != kept[i - 1]]
+    return [phase for phase, _ in groupby(kept)]
 
 
 def slips(run: CaseRun) -> list[int]:
@@ -209,7 +205,7 @@ def over_first(case: str, read: Callable[[CaseRun], Any]) -> Reading:
 
 
 _ARRIVAL = partial(scalar, key="contact_time_s")
-READINGS: dict[str, Reading] = {  # in the order of the stored experiment's lists
+READINGS: dict[str, Reading] = {  # in the order in which ramp_experiment.json lists them
     "F13.1": of(ONE, _ARRIVAL),
     "F13.2": of(TWO, _ARRIVAL),
     "F13.3": of(THREE, _ARRIVAL),

@@ -1,31 +1,16 @@
 """Section 4.2, figs. 10 to 12: the soft finger's friction, modulus, slenderness, hysteresis."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
+from validation.studies.paper import cases, readings
 from validation.studies.paper.case_runs import CaseRun
-from validation.studies.paper.cases import (
-    SLENDEREST_VARIED,
-    STIFFNESSES,
-    STRESS_VARIED,
-    friction_case,
-)
 from validation.studies.paper.ledger import Finding
-from validation.studies.paper.readings import (
-    CaseRuns,
-    counting,
-    curve,
-    event_times,
-    largest_stress,
-    largest_stress_MPa,
-    located,
-    scalar,
-    slides,
-    transitions,
-)
+from validation.studies.paper.readings import CaseRuns, scalar
 
 PEAK_NORMAL = partial(scalar, key="peak_normal_force_N")
 PEAK_TANGENTIAL = partial(scalar, key="peak_tangential_force_N")
+STRESS = readings.largest_stress_MPa
 STEADY = 0.01  # largest relative spread of values that are called constant
 K, RESTITUTION = 0.78e6, 0.8  # of the soft tip, N/m, and of fig. 12
 # In the order of fig. 11's claims: transitions F11.1 to F11.6, stresses F11.11 to F11.16.
@@ -33,16 +18,21 @@ SOFTEST, SLENDEREST = "soft E=0.01 GPa", "soft delta=32"
 CASES = (SOFTEST, "soft E=0.1 GPa", "soft", SLENDEREST, "soft delta=16", "soft")
 
 
+def _with_friction(runs: CaseRuns, mus: Sequence[float], suffix: str = "") -> list[CaseRun]:
+    """The soft finger's runs with these coefficients of friction, of cases whose names end so."""
+    return [runs[cases.friction_case(mu) + suffix] for mu in mus]
+
+
 def _change(runs: CaseRuns, read: Callable[[CaseRun], float], mu: float, suffix: str = "") -> float:
     """Relative change of a reading from mu = 0.3, percent."""
-    first, last = (read(runs[friction_case(at) + suffix]) for at in (0.3, mu))
+    first, last = map(read, _with_friction(runs, (0.3, mu), suffix))
     return 100 * (last / first - 1)
 
 
 def _slip_phase(run: CaseRun) -> tuple[str, str]:
     """Phase in which stick gives way to slip, and the two times as text."""
     slip, turn = (
-        event_times(run, kind) for kind in ("stick_to_slip", "compression_to_restitution")
+        readings.event_times(run, kind) for kind in ("stick_to_slip", "compression_to_restitution")
     )
     if not slip or not turn:
         return "none", "no such transition"
@@ -61,9 +51,9 @@ def _gross_slip(printed_percent: float, mu: float, printed_fall: float) -> str:
 
 
 def _stress_reason(runs: CaseRuns) -> str:
-    first, last = (largest_stress_MPa(runs[friction_case(mu)]) for mu in (0.3, 0.7))
+    first, last = map(STRESS, _with_friction(runs, (0.3, 0.7)))
     tried = ", ".join(
-        f"{name} {_change(runs, largest_stress, 0.7, f' {name}'):.2f} %" for name in STRESS_VARIED
+        f"{name} {_change(runs, STRESS, 0.7, f' {name}'):.2f} %" for name in cases.STRESS_VARIED
     )
     return (
         f"the two stresses, {first:.4f} and {last:.4f} MPa, are in the ratio {last / first:.4f}"
@@ -75,26 +65,25 @@ def _stress_reason(runs: CaseRuns) -> str:
 def _steady_stress(runs: CaseRuns) -> Finding:
     """Whether the largest stress is the same for mu = 0.9, 1.1, 1.3; how it depends on eta^2."""
 
-    def stresses(suffix: str) -> list[float]:
-        return [largest_stress_MPa(runs[friction_case(mu) + suffix]) for mu in (0.9, 1.1, 1.3)]
+    def read(suffix: str) -> tuple[list[float], float, tuple[str, str]]:
+        """The stresses, MPa, their relative spread, and when slip begins at mu = 0.9."""
+        found = _with_friction(runs, (0.9, 1.1, 1.3), suffix)
+        stresses = [STRESS(run) for run in found]
+        return stresses, max(stresses) / min(stresses) - 1, _slip_phase(found[0])
 
-    def spread(values: list[float]) -> float:
-        return max(values) / min(values) - 1
-
-    start = runs[friction_case(0.9)]
-    ours, tried, both = stresses(""), [], []
-    for name in STIFFNESSES:
+    ours, spread, (_, text) = read("")
+    tried, both = [], []
+    for name in cases.STIFFNESSES:
         eta2 = name.removeprefix("eta^2=")
-        change = spread(stresses(f" {name}"))
-        phase, _ = _slip_phase(runs[f"{start.case.name} {name}"])
+        _, change, (phase, _) = read(f" {name}")
         tried.append(f"{eta2}: {100 * change:.1f} %, slip at mu = 0.9 begins in {phase}")
         both += [eta2] if change < STEADY and phase == "compression" else []
-    time, stress = curve(start, "stress_R_Pa")
+    time, stress = readings.curve(runs[cases.friction_case(0.9)], "stress_R_Pa")
     return Finding(
-        spread(ours) < STEADY,
+        spread < STEADY,
         f"MPa at mu = 0.9, 1.1, 1.3: {', '.join(f'{s:.3f}' for s in ours)}: they spread by"
-        f" {100 * spread(ours):.1f} %, constant means {100 * STEADY:g} %. At 0.9"
-        f" {_slip_phase(start)[1]}, and the stress peaks at"
+        f" {100 * spread:.1f} %, constant means {100 * STEADY:g} %. At 0.9"
+        f" {text}, and the stress peaks at"
         f" {1e6 * float(time[stress.argmax()]):.1f} us: to be constant from 0.9 on, the tip would"
         " have to stick nearly until then, while its slip begins in compression (F10.7). How much"
         f" the stress changes depends on eta^2, which the paper does not give: {'; '.join(tried)}."
@@ -105,26 +94,25 @@ def _steady_stress(runs: CaseRuns) -> Finding:
 
 def friction_findings(runs: CaseRuns) -> dict[str, Finding]:
     """Findings of fig. 10 by claim."""
-    at = {mu: runs[friction_case(mu)] for mu in (0.3, 0.5, 0.7, 0.9, 1.1, 1.3)}
-    high = [PEAK_NORMAL(at[mu]) for mu in (1.1, 1.3)]
+    first, second = map(PEAK_NORMAL, _with_friction(runs, (1.1, 1.3)))
     rows = {
         "F10.1": Finding(-_change(runs, PEAK_NORMAL, 0.5), "", _gross_slip(55.6, 0.5, 7.2)),
         "F10.2": Finding(-_change(runs, PEAK_NORMAL, 0.7), "", _gross_slip(105.3, 0.7, 11.6)),
         "F10.3": Finding(_change(runs, PEAK_TANGENTIAL, 0.5)),
         "F10.4": Finding(_change(runs, PEAK_TANGENTIAL, 0.7)),
-        "F10.5": Finding(all(slides(at[mu]) for mu in (0.3, 0.5, 0.7))),
+        "F10.5": Finding(all(map(readings.slides, _with_friction(runs, (0.3, 0.5, 0.7))))),
         "F10.6": Finding(
-            abs(high[1] / high[0] - 1) < 1e-3,
-            f"{high[0]:.4f} and {high[1]:.4f} N at mu = 1.1 and 1.3",
+            abs(second / first - 1) < 1e-3,
+            f"{first:.4f} and {second:.4f} N at mu = 1.1 and 1.3",
         ),
-        "F10.10": Finding(_change(runs, largest_stress, 0.5)),
-        "F10.11": Finding(_change(runs, largest_stress, 0.7), _stress_reason(runs)),
+        "F10.10": Finding(_change(runs, STRESS, 0.5)),
+        "F10.11": Finding(_change(runs, STRESS, 0.7), _stress_reason(runs)),
         "F10.12": _steady_stress(runs),
     }
     for id_, mu, expected in (
         ("F10.7", 0.9, "compression"), ("F10.8", 1.1, "restitution"), ("F10.9", 1.3, "restitution"),
     ):  # fmt: skip
-        phase, text = _slip_phase(at[mu])
+        phase, text = _slip_phase(runs[cases.friction_case(mu)])
         rows[id_] = Finding(phase == expected, text)
     return rows
 
@@ -134,8 +122,8 @@ def loop_closure(run: CaseRun) -> float:
 
     u_Yc = Fn/k at the end of each compression and u_Yr at the end of each restitution but the last.
     """
-    time, force = curve(run, "normal_force_N")
-    _, position = curve(run, "tip_position_m")
+    time, force = readings.curve(run, "normal_force_N")
+    _, position = readings.curve(run, "tip_position_m")
     start = scalar(run, "contact_time_s")
     total = 0.0
     for event in run.record.events:
@@ -149,14 +137,15 @@ def loop_closure(run: CaseRun) -> float:
 def compliance_findings(runs: CaseRuns) -> dict[str, Finding]:
     """Findings of figs. 11 and 12, and of the abstract's range, by claim."""
     rows = {}
-    counts = [transitions(runs[case]) for case in CASES]
+    counts = [readings.transitions(runs[case]) for case in CASES]
     for number, (case, count) in enumerate(zip(CASES, counts, strict=True), start=1):
-        reason = counting(runs[case]) if case in (SOFTEST, SLENDEREST) else ""
+        reason = readings.counting(runs[case]) if case in (SOFTEST, SLENDEREST) else ""
         if case == SLENDEREST:
-            tried = (f"{name} {located(runs[f'{case} {name}'])}" for name in SLENDEREST_VARIED)
-            reason += f"; located with other choices: {', '.join(tried)}"
+            others = {name: runs[f"{case} {name}"] for name in cases.SLENDEREST_VARIED}
+            tried = ", ".join(f"{name} {readings.located(run)}" for name, run in others.items())
+            reason += f"; located with other choices: {tried}"
         rows[f"F11.{number}"] = Finding(count, reason)
-        rows[f"F11.{number + 10}"] = Finding(largest_stress_MPa(runs[case]))
+        rows[f"F11.{number + 10}"] = Finding(STRESS(runs[case]))
     for id_, case, base in (
         ("F11.7", "soft E=0.1 GPa", SOFTEST), ("F11.8", "soft", SOFTEST),
         ("F11.9", "soft delta=16", SLENDEREST), ("F11.10", "soft", SLENDEREST),

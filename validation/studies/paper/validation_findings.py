@@ -26,7 +26,7 @@ COSTS = ((1, "times", "wall_time_s"), (5, "memories", "peak_memory_MB"))
 SLIP_MU = 0.5  # of both scenes
 OTHER_MACHINE = "another program on another machine (4-core laptop of 2016)"
 NO_REFERENCE = "no reference run"
-JUDGED = "ls-dyna-like"
+APART, JUDGED = "hcm", "ls-dyna-like"
 SOFTER, COARSE, CONVERGED = "ls-dyna-like penalty 0.05", "fast", "converged"
 PENALTIES = {JUDGED: 0.1, SOFTER: 0.05}  # on the same mesh
 COARSE_PENALTIES = {"fast penalty 0.02": 0.02, COARSE: 0.1, "fast penalty 0.5": 0.5}
@@ -40,8 +40,9 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     CONVERGED: ("solver.fem.preset=converged",),
 }
 Runner = Callable[[tuple[str, ...], str], Mapping[str, RunRecord]]
-# Records by variant and scene; a run that failed is absent.
-References = Mapping[str, Mapping[str, RunRecord]]
+# Records by variant and scene, also of hcm's run of each scene in a process of its own; a run that
+# failed is absent.
+References = dict[str, Mapping[str, RunRecord]]
 
 
 def value_of(references: References, variant: str, scene: str, key: str) -> float | None:
@@ -69,25 +70,20 @@ def penalty_for(target: float, values: Mapping[float, float]) -> float:
 def sensitivity(references: References, scene: str, key: str, printed: float) -> str:
     """How a peak force depends on penalty and mesh, and which penalty gives the printed one."""
 
-    def text(variants: Mapping[str, float]) -> tuple[dict[float, float], str]:
-        found = {
-            factor: value
-            for name, factor in variants.items()
-            if (value := value_of(references, name, scene, key)) is not None
-        }
-        words = ", ".join(f"{found[f]:.4g} N at {f:g}" for f in sorted(found))
-        return found, words
+    def forces(variants: Mapping[str, float]) -> dict[float, float]:
+        found = {of: value_of(references, name, scene, key) for name, of in variants.items()}
+        return {of: force for of, force in sorted(found.items()) if force is not None}
 
-    parts = []
-    same_mesh, words = text(PENALTIES)
+    def text(found: Mapping[float, float]) -> str:
+        return ", ".join(f"{force:.4g} N at {of:g}" for of, force in found.items())
+
+    parts, same_mesh, coarse = [], forces(PENALTIES), forces(COARSE_PENALTIES)
     if len(same_mesh) == 2:
-        needed = penalty_for(printed, same_mesh)
-        parts.append(f"penalty factor on this mesh: {words}; {needed:.2g} would give the print")
-    coarse, words = text(COARSE_PENALTIES)
+        needed = f"{penalty_for(printed, same_mesh):.2g} would give the print"
+        parts.append(f"penalty factor on this mesh: {text(same_mesh)}; {needed}")
     if coarse:
-        record = references[COARSE].get(scene)
-        count = int(record.summary["elements"]) if record else 0
-        parts.append(f"with {count} elements: {words}")
+        count = value_of(references, COARSE, scene, "elements") or 0
+        parts.append(f"with {count:.0f} elements: {text(coarse)}")
     limit = value_of(references, CONVERGED, scene, key)
     if limit is not None:
         parts.append(f"converged in mesh, penalty and step: {limit:.4g} N")
@@ -130,16 +126,13 @@ def _peaks(
     return rows
 
 
-def _costs(
-    apart: Mapping[str, RunRecord], references: References, printed: Mapping[str, float]
-) -> dict[str, Finding]:
+def _costs(references: References, printed: Mapping[str, float]) -> dict[str, Finding]:
     """Table 3: why a time or memory can't agree, and the models' ratio instead."""
     rows = {}
-    models = {"hcm": apart, JUDGED: references.get(JUDGED, {})}
     for first, what, key in COSTS:
         for number, scene in enumerate(("hard", "soft"), start=first):
             ids = (f"T3.{number}", f"T3.{number + 2}")
-            mine, theirs = (value_of(models, name, scene, key) for name in models)
+            mine, theirs = (value_of(references, of, scene, key) for of in (APART, JUDGED))
             ratio = f"reference over reduced model: printed {printed[ids[1]] / printed[ids[0]]:.3g}"
             if mine is not None and theirs is not None:
                 ratio += f", ours {theirs / mine:.3g}"
@@ -151,16 +144,10 @@ def _costs(
     return rows
 
 
-def validation_findings(
-    runs: CaseRuns, apart: Mapping[str, RunRecord], references: References
-) -> dict[str, Finding]:
-    """Findings by claim.
-
-    ``apart`` holds hcm's run of each scene in a process of its own, ``references`` those of the 3D
-    model; a run that failed is absent.
-    """
+def validation_findings(runs: CaseRuns, references: References) -> dict[str, Finding]:
+    """Findings by claim."""
     printed = {id_: c.number for id_, c in read_claims().items() if c.where.startswith("Table")}
-    rows = _peaks(runs, references, printed) | _costs(apart, references, printed)
+    rows = _peaks(runs, references, printed) | _costs(references, printed)
     for number, scene in enumerate(("hard", "soft"), start=1):
         time, force = curve(runs[scene], "normal_force_N")
         coarse = np.interp(time, *curve(runs[f"{scene} N=15"], "normal_force_N"), right=0.0)

@@ -10,7 +10,6 @@ from validation.studies.paper.readings import CaseRuns, scalar
 
 PEAK_NORMAL = partial(scalar, key="peak_normal_force_N")
 PEAK_TANGENTIAL = partial(scalar, key="peak_tangential_force_N")
-STRESS = readings.largest_stress_MPa
 STEADY = 0.01  # largest relative spread of values that are called constant
 K, RESTITUTION = 0.78e6, 0.8  # of the soft tip, N/m, and of fig. 12
 # In the order of fig. 11's claims: transitions F11.1 to F11.6, stresses F11.11 to F11.16.
@@ -51,9 +50,10 @@ def _gross_slip(printed_percent: float, mu: float, printed_fall: float) -> str:
 
 
 def _stress_reason(runs: CaseRuns) -> str:
-    first, last = map(STRESS, _with_friction(runs, (0.3, 0.7)))
+    first, last = map(readings.largest_stress_MPa, _with_friction(runs, (0.3, 0.7)))
     tried = ", ".join(
-        f"{name} {_change(runs, STRESS, 0.7, f' {name}'):.2f} %" for name in cases.STRESS_VARIED
+        f"{name} {_change(runs, readings.largest_stress, 0.7, f' {name}'):.2f} %"
+        for name in cases.STRESS_VARIED
     )
     return (
         f"the two stresses, {first:.4f} and {last:.4f} MPa, are in the ratio {last / first:.4f}"
@@ -68,7 +68,7 @@ def _steady_stress(runs: CaseRuns) -> Finding:
     def read(suffix: str) -> tuple[list[float], float, tuple[str, str]]:
         """The stresses, MPa, their relative spread, and when slip begins at mu = 0.9."""
         found = _with_friction(runs, (0.9, 1.1, 1.3), suffix)
-        stresses = [STRESS(run) for run in found]
+        stresses = [readings.largest_stress_MPa(run) for run in found]
         return stresses, max(stresses) / min(stresses) - 1, _slip_phase(found[0])
 
     ours, spread, (_, text) = read("")
@@ -105,8 +105,8 @@ def friction_findings(runs: CaseRuns) -> dict[str, Finding]:
             abs(second / first - 1) < 1e-3,
             f"{first:.4f} and {second:.4f} N at mu = 1.1 and 1.3",
         ),
-        "F10.10": Finding(_change(runs, STRESS, 0.5)),
-        "F10.11": Finding(_change(runs, STRESS, 0.7), _stress_reason(runs)),
+        "F10.10": Finding(_change(runs, readings.largest_stress, 0.5)),
+        "F10.11": Finding(_change(runs, readings.largest_stress, 0.7), _stress_reason(runs)),
         "F10.12": _steady_stress(runs),
     }
     for id_, mu, expected in (
@@ -145,7 +145,7 @@ def compliance_findings(runs: CaseRuns) -> dict[str, Finding]:
             tried = ", ".join(f"{name} {readings.located(run)}" for name, run in others.items())
             reason += f"; located with other choices: {tried}"
         rows[f"F11.{number}"] = Finding(count, reason)
-        rows[f"F11.{number + 10}"] = Finding(STRESS(runs[case]))
+        rows[f"F11.{number + 10}"] = Finding(readings.largest_stress_MPa(runs[case]))
     for id_, case, base in (
         ("F11.7", "soft E=0.1 GPa", SOFTEST), ("F11.8", "soft", SOFTEST),
         ("F11.9", "soft delta=16", SLENDEREST), ("F11.10", "soft", SLENDEREST),

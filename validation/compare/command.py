@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pandas
 
-from validation.compare.verdict import error_percent
+from validation.compare.differences import error_percent
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import NoEstimate, Overrides, Source
 from validation.harness.console import WIDTH, output, say, shown

@@ -1,11 +1,100 @@
-"""How far two runs' scalars lie apart, and how far those of several runs spread."""
+"""How far two runs' numbers lie apart, what that means given their errors, and how several spread.
 
+ASME V&V 20 (2009): the comparison error E = S - D against the uncertainty u of the comparison,
+u^2 = u_S^2 + u_D^2. |E| > u: E is an error of the model, of that size and sign. |E| <= u: the
+model's error lies within what the comparison can see.
+"""
+
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Literal
 
-from validation.compare.verdict import Verdict, error_percent, judge
 from validation.harness.quantities import Quantity
 from validation.harness.record import RunRecord
+
+Judgement = Literal["resolved", "within uncertainty", "cannot tell"]
+Check = Literal["inside", "outside", "cannot tell"]
+# Tolerance on the decimal logarithm of a ratio: models differ by less than a factor of two.
+DECADE_TOLERANCE = 0.3
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A comparison of one number.
+
+    difference : E = S - D over D, percent: negative where S is smaller in magnitude.
+    uncertainty : u over |D|, percent; None where a result states no error.
+    tolerance : largest allowed difference, percent; None: none was asked for.
+    """
+
+    difference: float
+    uncertainty: float | None
+    tolerance: float | None = None
+
+    @property
+    def judgement(self) -> Judgement:
+        """The judgement; *cannot tell* if u is unknown or larger than the tolerance."""
+        u = self.uncertainty
+        if u is None or (self.tolerance is not None and u > self.tolerance):
+            return "cannot tell"
+        return "resolved" if abs(self.difference) > u else "within uncertainty"
+
+    @property
+    def check(self) -> Check | None:
+        """Whether the difference is within the tolerance, None where none was asked for."""
+        if self.tolerance is None:
+            return None
+        if self.judgement == "cannot tell":
+            return "cannot tell"
+        return "inside" if abs(self.difference) <= self.tolerance else "outside"
+
+
+# Below this ratio of target to value a percentage means nothing (an arrival timed from the touch).
+LEAST_TARGET = 1e-9
+
+
+def error_percent(value: float | None, target: float | None) -> float | None:
+    """100 E/D = 100 (S - D)/D; None where it has no meaning.
+
+    Negative means smaller in magnitude, for negative numbers (Ft, vy, a stress) as for others.
+    """
+    if value is None or target is None or abs(target) <= LEAST_TARGET * abs(value):
+        return None
+    return 100.0 * (value - target) / target
+
+
+def judge(
+    value: float | None,
+    target: float | None,
+    value_error: float | None,
+    target_error: float | None,
+    tolerance: float | None = None,
+) -> Verdict | None:
+    """The verdict on a number and its reference; None where there is nothing to compare.
+
+    value, target : S and D, in one unit.
+    value_error, target_error : u_S and u_D in that unit; None or infinite: not known.
+    tolerance : percent of D.
+    """
+    percent = error_percent(value, target)
+    if percent is None or target is None:
+        return None
+    u = None
+    if value_error is not None and target_error is not None:
+        u = 100.0 * math.hypot(value_error, target_error) / abs(target)
+    if u is not None and not math.isfinite(u):
+        u = None
+    return Verdict(percent, u, tolerance)
+
+
+def thousands_apart(value: float, target: float) -> int:
+    """The power of 1000 by which a number seems to be in another unit; 0 if it does not."""
+    if value == 0.0 or target == 0.0:
+        return 0
+    decades = math.log10(abs(value / target))
+    power = round(decades / 3.0)
+    return power if power and abs(decades - 3.0 * power) < DECADE_TOLERANCE else 0
 
 
 @dataclass(frozen=True)
@@ -37,6 +126,22 @@ class Difference:
         errors = self.reduced_error, self.reference_error
         return judge(self.reduced, self.reference, *errors, self.tolerance)
 
+    @property
+    def numbers(self) -> dict[str, Any]:
+        """Values, errors and verdict by the columns of a table; None: not known."""
+        verdict = self.verdict
+        return {
+            "reduced": self.reduced,
+            "reduced_error": self.reduced_error,
+            "reference": self.reference,
+            "reference_error": self.reference_error,
+            "error_percent": self.error_percent,
+            "uncertainty_percent": verdict and verdict.uncertainty,
+            "verdict": verdict and verdict.judgement,
+            "tolerance_percent": verdict and verdict.tolerance,
+            "check": verdict and verdict.check,
+        }
+
 
 def difference(
     scene: str,
@@ -64,12 +169,12 @@ class Spread:
     """How far runs that should agree lie apart. Not a convergence study.
 
     low, high : smallest and largest value.
-    count : number of runs.
+    runs : their number.
     """
 
     low: float
     high: float
-    count: int
+    runs: int
 
 
 def spread(runs: Sequence[RunRecord], of: Quantity) -> Spread | None:

@@ -15,6 +15,11 @@ from validation.validate.found_runs import Runs
 from validation.validate.headline import cautions, differences
 
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # allowed in names, not in XML
+JSON_KEYS = {  # of `Difference.numbers`, where JSON has another name
+    "reduced": "value",
+    "reduced_error": "value_error",
+    "error_percent": "difference_percent",
+}
 
 
 def outcome(row: Difference) -> str:
@@ -55,22 +60,10 @@ def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Diff
 
 
 def _verdict(row: Difference) -> dict[str, Any]:
-    verdict = row.verdict
-    return {
-        "scene": row.scene,
-        "model": row.model,
-        "quantity": row.quantity.key,
-        "unit": row.quantity.unit,
-        "value": row.reduced,
-        "value_error": row.reduced_error,
-        "reference": row.reference,
-        "reference_error": row.reference_error,
-        "difference_percent": verdict and verdict.difference,
-        "uncertainty_percent": verdict and verdict.uncertainty,
-        "verdict": verdict and verdict.judgement,
-        "tolerance_percent": row.tolerance,
-        "check": verdict and verdict.check,
-    }
+    named = {"scene": row.scene, "model": row.model}
+    named |= {"quantity": row.quantity.key, "unit": row.quantity.unit}
+    numbers = {JSON_KEYS.get(column, column): value for column, value in row.numbers.items()}
+    return named | numbers | {"tolerance_percent": row.tolerance}
 
 
 def _junit(checks: Sequence[Difference], failures: Sequence[str]) -> str:

@@ -1,32 +1,22 @@
 """``fingertap validate``: compare models on scenes, by default the paper's, and report."""
 
 from pathlib import Path
-from typing import Any
 
 from validation.errors import OutsideToleranceError, RunFailedError
 from validation.harness.command_line import Flag, Fresh, NoEstimate
 from validation.harness.console import output, progress_bar, say
 from validation.harness.files import exclusive_folder, output_folder
-from validation.harness.page import write_page
 from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.store import Store
-from validation.harness.tables import table_of, write_table
 from validation.models.adapter import Progress
 from validation.render.interactive import check_interactive
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
 from validation.validate.checks import check_text, outcome, write_checks
 from validation.validate.found_runs import Runs
 from validation.validate.ladder.ladder import Ladder, compute_ladder
-from validation.validate.ladder.report import ladder_context, ladder_rows, write_ladder
-from validation.validate.page import draw_differences, draw_fields, draw_figures, page_context
+from validation.validate.page import report
 from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, validation_jobs
 from validation.validate.request import plan_of
-from validation.validate.tables import (
-    ACCURACY_COLUMNS,
-    EFFICIENCY_COLUMNS,
-    accuracy_rows,
-    efficiency_rows,
-)
 
 
 def run_all(
@@ -52,30 +42,6 @@ def isolated_ladder(plan: Plan, out: Path, full: bool, store: Store) -> Ladder:
     except CrashedError as error:
         ladder = Ladder(full, failures=[f"rungs 2 and 3: {error}"])
     return ladder
-
-
-def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) -> dict[str, Any]:
-    """Write all tables, figures, renders and the page; returns the page's context."""
-    accuracy = [
-        row
-        for scene in runs.scenes
-        for run, references in runs.comparisons(scene)
-        for row in accuracy_rows(run, references, runs.spread_over(scene), runs.plan.tolerances)
-    ]
-    title = "Reduced model against the references (the paper's Table 2)"
-    write_table(folder, "accuracy", table_of(accuracy, ACCURACY_COLUMNS), title)
-    efficiency = efficiency_rows(runs.measured(), runs.plan.models)
-    title = "Time and memory of each run, alone in its process (the paper's Table 3)"
-    write_table(folder, "efficiency", table_of(efficiency, EFFICIENCY_COLUMNS), title)
-    rungs = ladder_rows(ladder, runs)
-    write_ladder(folder, rungs)
-    figures = draw_figures(folder / "figures", runs)
-    apart = draw_differences(folder / "figures", runs)
-    renders = draw_fields(folder / "renders", folder / "runs", runs, interactive)
-    context = page_context(runs, accuracy, efficiency, figures, apart, renders)
-    context |= ladder_context(ladder, rungs)
-    write_page(folder / "index.html", "validate.html.j2", context)
-    return context
 
 
 def run_validation(

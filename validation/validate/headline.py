@@ -1,7 +1,6 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
-from validation.compare.differences import Difference, difference
-from validation.compare.verdict import thousands_apart
+from validation.compare.differences import Difference, difference, thousands_apart
 from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits

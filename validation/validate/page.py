@@ -1,22 +1,24 @@
-"""The figures of ``fingertap validate``, and the context of its page's template."""
+"""The report of ``fingertap validate``: its tables, its figures, and the page with both."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
 from validation.harness.files import safe_name
+from validation.harness.page import write_page
 from validation.harness.provenance import provenance
+from validation.harness.tables import table_of, write_table
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
+from validation.validate import headline, tables
 from validation.validate.found_runs import Runs
-from validation.validate.headline import (
-    assumption_effects,
-    cautions,
-    cumulative_differences,
-    differences,
-    labels,
-    sentences,
-    unit_notes,
+from validation.validate.ladder import run_tables, rungs
+from validation.validate.ladder.ladder import (
+    Ladder,
+    cause_sentences,
+    check_sentences,
+    peak_sentences,
 )
 from validation.validate.plan import (
     MESHES,
@@ -26,7 +28,6 @@ from validation.validate.plan import (
     RunName,
     first_jobs,
 )
-from validation.validate.tables import ACCURACY_COLUMNS, EFFICIENCY_COLUMNS
 
 PAPERS = " ".join(PAPER_REFERENCE)  # the reference whose tables also show the paper's numbers
 HIDDEN = ("reference_model", "scene")  # stated once above the page's table
@@ -41,6 +42,70 @@ CAPTIONS = {
     "pressure": "Contact pressure at peak force, seen from below",
     "sequence": "The tap: von Mises stress, cut along the plane of motion, one colour scale",
 }
+RUNGS = {
+    2: "Rung 2, structure: the same lumped law on both bodies",
+    3: "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
+    4: "Rung 4, the paper: its own k against the ls-dyna-like reference",
+}
+
+
+class Table(NamedTuple):
+    """A table; its rows are mappings by the columns, or have them as attributes."""
+
+    rows: Sequence[Any]
+    columns: Sequence[str]
+    caption: str
+
+
+def all_tables(ladder: Ladder, runs: Runs) -> dict[str, Table]:
+    """All tables by their files' names, from the validation's own runs and the ladder's."""
+    return {
+        "accuracy": Table(
+            tables.all_accuracy_rows(runs),
+            tables.ACCURACY_COLUMNS,
+            "Reduced model against the references (the paper's Table 2)",
+        ),
+        "efficiency": Table(
+            tables.efficiency_rows(runs.measured(), runs.plan.models),
+            tables.EFFICIENCY_COLUMNS,
+            "Time and memory of each run, alone in its process (the paper's Table 3)",
+        ),
+        "ladder": Table(
+            [*ladder.rows, *rungs.paper_rung(runs)],
+            tuple(rungs.Comparison.__annotations__),
+            "The ladder of comparisons, rungs 2 to 4",
+        ),
+        "ladder_causes": Table(
+            ladder.causes, rungs.CAUSE_COLUMNS, "From the blind prediction to the reference"
+        ),
+        "table_2": Table(
+            tables.paper_rows(runs, tables.TABLE_2), tables.COLUMNS_2, "The paper's Table 2"
+        ),
+        "table_3": Table(
+            tables.paper_rows(runs, tables.TABLE_3), tables.COLUMNS_3, "The paper's Table 3"
+        ),
+        "reference_checks": Table(
+            [*run_tables.shaft_holes(runs), *ladder.checks],
+            run_tables.CHECK_COLUMNS,
+            "What each choice in the reference changes in its own result",
+        ),
+        "accuracy_cost": Table(
+            run_tables.accuracy_against_cost(runs, ladder.predictions, ladder.references),
+            run_tables.COST_COLUMNS,
+            "Every model against the best reference run, and its time",
+        ),
+        "contact_patch": Table(
+            run_tables.contact_patches(runs, ladder.references),
+            run_tables.PATCH_COLUMNS,
+            "Contact patch and pressure at peak force, beside Hertz",
+        ),
+    }
+
+
+def write_tables(folder: Path, made: Mapping[str, Table]) -> None:
+    """Write every table as CSV, Markdown and LaTeX."""
+    for name, table in made.items():
+        write_table(folder, name, table_of(table.rows, table.columns), table.caption)
 
 
 def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
@@ -48,8 +113,9 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     found = []
     for scene in runs.scenes:
         path = folder / f"differences-{safe_name(scene)}.png"
-        rows = [row for row in differences(runs) if row.scene == scene]
-        difference_figure(path, rows, cumulative_differences(runs, scene), labels(runs, scene))
+        rows = [row for row in headline.differences(runs) if row.scene == scene]
+        steps, labels = headline.cumulative_differences(runs, scene), headline.labels(runs, scene)
+        difference_figure(path, rows, steps, labels)
         found.append((path, f"{scene} finger: how far each model lies from the reference, and why"))
     return found
 
@@ -112,14 +178,13 @@ def read_back_note(runs: Runs) -> str:
 
 def page_context(
     runs: Runs,
-    accuracy: list[dict[str, Any]],
-    efficiency: list[dict[str, Any]],
+    made: Mapping[str, Table],
     figures: list[tuple[Path, str]],
     apart: list[tuple[Path, str]],
     renders: dict[str, Renders],
 ) -> dict[str, Any]:
     """The variables of the page's template."""
-    headline = differences(runs)
+    differences = headline.differences(runs)
     drawn = [
         (what, path, f"{scene} finger: {CAPTIONS[what]}")
         for scene, pictures in renders.items()
@@ -127,30 +192,31 @@ def page_context(
         if what != INTERACTIVE
     ]
     factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *PENALTIES))
-    tables = {}
+    accuracy = {}
     for scene in runs.scenes:
-        labels = dict.fromkeys([*(r.label for r in runs.references(scene)[:1]), PAPERS])
-        for label in labels:
-            mine = [r for r in accuracy if (r["scene"], r["reference_model"]) == (scene, label)]
+        for label in dict.fromkeys([*(r.label for r in runs.references(scene)[:1]), PAPERS]):
+            compared = scene, label
+            rows = made["accuracy"].rows
+            mine = [r for r in rows if (r["scene"], r["reference_model"]) == compared]
             if mine:
-                tables[f"{scene} finger against {label}"] = mine
+                accuracy[f"{scene} finger against {label}"] = mine
     return {
         "plan": runs.plan,
         "failures": runs.failures(),
-        "unit_notes": unit_notes(runs),
-        "sentences": sentences(headline),
-        "reasons": assumption_effects(runs),
-        "differences": headline,
-        "cautions": cautions(runs),
+        "unit_notes": headline.unit_notes(runs),
+        "sentences": headline.sentences(differences),
+        "reasons": headline.assumption_effects(runs),
+        "differences": differences,
+        "cautions": headline.cautions(runs),
         "spread_text": f"penalty factors {factors}",
         "read_back": read_back_note(runs),
         "figures": figures,
         "apart": apart,
         "apart_caption": CAPTION + (STEPS if REFINED in runs.plan.models else ""),
-        "accuracy": tables,
-        "accuracy_columns": [c for c in ACCURACY_COLUMNS if c not in HIDDEN],
-        "efficiency": efficiency,
-        "efficiency_columns": [c for c in EFFICIENCY_COLUMNS if c != "processor"],
+        "accuracy": accuracy,
+        "accuracy_columns": [c for c in tables.ACCURACY_COLUMNS if c not in HIDDEN],
+        "efficiency": made["efficiency"].rows,
+        "efficiency_columns": [c for c in tables.EFFICIENCY_COLUMNS if c != "processor"],
         "render_problems": [f"{s}: {r.problem}" for s, r in renders.items() if r.problem],
         "small_renders": [(path, text) for what, path, text in drawn if what != "sequence"],
         "interactive": [
@@ -161,3 +227,33 @@ def page_context(
         "wide_renders": [(path, text) for what, path, text in drawn if what == "sequence"],
         "provenance": provenance({}),
     }
+
+
+def ladder_context(ladder: Ladder, made: Mapping[str, Table]) -> dict[str, Any]:
+    """The variables of the ladder's block in the page's template."""
+    return {
+        "ladder": ladder,
+        "ladder_tables": {name: table.rows for name, table in made.items()},
+        "ladder_columns": {name: table.columns for name, table in made.items()},
+        "ladder_rungs": [
+            (title, [row for row in made["ladder"].rows if row.rung == rung])
+            for rung, title in RUNGS.items()
+        ],
+        "ladder_sentences": [
+            *peak_sentences(made["ladder"].rows),
+            *cause_sentences(made["ladder_causes"].rows),
+            *check_sentences(made["reference_checks"].rows),
+        ],
+    }
+
+
+def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) -> dict[str, Any]:
+    """Write all tables, figures, renders and the page; returns the page's context."""
+    made = all_tables(ladder, runs)
+    write_tables(folder, made)
+    figures = draw_figures(folder / "figures", runs)
+    apart = draw_differences(folder / "figures", runs)
+    renders = draw_fields(folder / "renders", folder / "runs", runs, interactive)
+    context = page_context(runs, made, figures, apart, renders) | ladder_context(ladder, made)
+    write_page(folder / "index.html", "validate.html.j2", context)
+    return context

@@ -8,10 +8,9 @@ from types import MappingProxyType
 from typing import Any
 
 from validation.compare.claims import Claim, find
-from validation.compare.differences import difference, spread
+from validation.compare.differences import difference, error_percent, spread
 from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
-from validation.compare.verdict import error_percent
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
 from validation.validate.found_runs import Runs
@@ -81,24 +80,10 @@ def accuracy_rows(
         for entry in COMPARED:
             asked = tolerances.get(entry.key)
             found = difference(reduced.scene, reduced.model, entry, reduced, reference, asked)
-            verdict = found.verdict
+            row = common | {"quantity": entry.title, "unit": entry.unit} | found.numbers
             band = spread(spread_over, entry) if reference.model == "fem3d" else None
-            row = common | {
-                "quantity": entry.title,
-                "unit": entry.unit,
-                "reduced": found.reduced,
-                "reduced_error": found.reduced_error,
-                "reference": found.reference,
-                "reference_error": found.reference_error,
-                "error_percent": found.error_percent,
-                "uncertainty_percent": verdict and verdict.uncertainty,
-                "verdict": verdict and verdict.judgement,
-                "tolerance_percent": verdict and verdict.tolerance,
-                "check": verdict and verdict.check,
-                "reference_low": band and band.low,
-                "reference_high": band and band.high,
-                "reference_runs": band and band.count,
-            }
+            if band is not None:  # its low, high and runs
+                row |= {f"reference_{name}": value for name, value in vars(band).items()}
             rows.append(row | _of_table_2(entry.key, reduced, reference))
         for name, title in FORCES.items():
             metrics = compare_forces(reduced, reference, name)
@@ -107,6 +92,16 @@ def accuracy_rows(
                 share = None if metrics is None else 100 * getattr(metrics, part)
                 rows.append(common | {"quantity": text, "unit": "%", "error_percent": share})
     return rows
+
+
+def all_accuracy_rows(runs: Runs) -> list[dict[str, Any]]:
+    """Rows of all comparisons of all scenes."""
+    return [
+        row
+        for scene in runs.scenes
+        for run, references in runs.comparisons(scene)
+        for row in accuracy_rows(run, references, runs.spread_over(scene), runs.plan.tolerances)
+    ]
 
 
 def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str, Any]:

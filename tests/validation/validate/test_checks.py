@@ -10,8 +10,7 @@ import pytest
 import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
-from validation.compare.differences import difference
-from validation.compare.verdict import judge, thousands_apart
+from validation.compare.differences import difference, judge, thousands_apart
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import RunRecord
 from validation.models.hcm import hcm_scene

@@ -19,15 +19,12 @@ from validation.scenes.load import NamedScene, load_scene
 from validation.validate.found_runs import Runs
 from validation.validate.ladder import ladder as ladder_module
 from validation.validate.ladder import run_tables
-from validation.validate.ladder.comparison import OWN, SAME, Comparison, compare_runs
-from validation.validate.ladder.ladder import Ladder, compute_ladder
-from validation.validate.ladder.report import (
+from validation.validate.ladder.ladder import (
+    Ladder,
     cause_sentences,
     check_sentences,
-    ladder_context,
-    ladder_rows,
+    compute_ladder,
     peak_sentences,
-    write_ladder,
 )
 from validation.validate.ladder.run_tables import (
     accuracy_against_cost,
@@ -37,6 +34,10 @@ from validation.validate.ladder.run_tables import (
 )
 from validation.validate.ladder.rungs import (
     CONTACT,
+    OWN,
+    SAME,
+    Comparison,
+    compare_runs,
     mesh_keys,
     paper_rung,
     structure_rung,
@@ -44,6 +45,7 @@ from validation.validate.ladder.rungs import (
 )
 from validation.validate.ladder.runs import full_contact, reduced, scene_contact, touching_mesh
 from validation.validate.ladder.stored_runs import LadderRuns
+from validation.validate.page import all_tables, ladder_context, write_tables
 from validation.validate.plan import paper_jobs
 from validation.validate.tables import TABLE_2, TABLE_3, paper_rows
 
@@ -150,17 +152,17 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     ladder = Ladder(False, rows, causes)
     record = make_record(model="fem3d", variant="ls-dyna-like", peak=66.0)
     other = make_record(model="fem3d", variant="fast", peak=60.0)
-    paper = paper_rung(Runs((make_record(variant="N=60"), record, other)), ("soft", "hard"))
+    paper = paper_rung(Runs((make_record(variant="N=60"), record, other)))
     assert {row.rung for row in paper} == {4}
     half = next(row for row in paper if row.quantity == "peak Fn (N), own flight")
     assert half.reference_uncertainty == pytest.approx(3.0)
-    tables = ladder_rows(ladder, Runs((make_record(variant="N=60"), record, other)))
-    assert tables["ladder"] == [*rows, *paper]
-    write_ladder(tmp_path, tables)
+    tables = all_tables(ladder, Runs((make_record(variant="N=60"), record, other)))
+    assert tables["ladder"].rows == [*rows, *paper]
+    write_tables(tmp_path, tables)
     header = (tmp_path / "ladder.csv").read_text().splitlines()[0]
     assert header == ",".join(Comparison.__annotations__)
     assert header == "rung,scene,quantity,reduced,reference,reference_uncertainty,error_percent"
-    said = [*peak_sentences(tables["ladder"]), *cause_sentences(tables["ladder_causes"])]
+    said = [*peak_sentences(tables["ladder"].rows), *cause_sentences(tables["ladder_causes"].rows)]
     assert "0.6 % below the solid's (known to 0.15 %)" in said[0]
     assert "14.3 % below" in said[1]
     assert "from the blind prediction's 80.7 N to the reference's 94.2 N" in said[2]
@@ -201,7 +203,7 @@ def test_holes_for_shafts_are_a_row_and_no_part_of_the_spread(make_record: Make)
     plain = make_record(model="fem3d", variant="ls-dyna-like", peak=80.0)
     holed = make_record(model="fem3d", variant="ls-dyna-like shaft holes", peak=81.0)
     runs = Runs((plain, holed))
-    (row,) = shaft_holes(runs, ("soft", "hard"))
+    (row,) = shaft_holes(runs)
     assert (row["scene"], row["peak_N"], row["changed_peak_N"]) == ("soft", 80.0, 81.0)
     assert row["peak_percent"] == pytest.approx(1.25)
     assert row["duration_percent"] == 0.0
@@ -234,7 +236,7 @@ def test_patch_and_pressure_stand_beside_hertz(make_record: Make) -> None:
     size = run.history["normal_force_N"]
     run.history["contact_area_m2"] = 1e-8 * size
     run.history["peak_pressure_Pa"] = 1e6 * size
-    (row,) = contact_patches(Runs((run, make_record())), (), ("soft",))
+    (row,) = contact_patches(Runs((run, make_record())), ())
     # Soft: E* = 1e9/0.84 Pa, R = 7.5 mm: a³ = 0.75 * 100 N R/E*, mean pressure 2/3 p_0.
     hertz = (0.75 * 100 * 0.0075 * 0.84 / 1e9) ** (1 / 3)
     assert row["hertz_radius_um"] == pytest.approx(1e6 * hertz, rel=1e-6)

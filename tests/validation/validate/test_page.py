@@ -27,10 +27,9 @@ from validation.validate.headline import (
     labels,
     sentences,
 )
-from validation.validate.ladder.comparison import SAME, Comparison
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
-from validation.validate.ladder.rungs import CAUSE_COLUMNS
+from validation.validate.ladder.rungs import CAUSE_COLUMNS, SAME, Comparison
 from validation.validate.plan import Plan, paper_jobs, validation_jobs
 from validation.validate.tables import efficiency_rows
 

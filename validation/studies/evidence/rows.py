@@ -1,6 +1,6 @@
 """The contract of a piece of evidence: one problem that somebody else solved or measured.
 
-Its `solve` gives rows, each an outside number beside ours; `compare.verdict` judges them. Levels
+Its `solve` gives rows, each an outside number beside ours; `compare.differences` judges them. Levels
 are those of a validation hierarchy (ASME V&V 10): a tap is only as credible as its parts.
 """
 
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from validation import DATA
-from validation.compare.verdict import Verdict, judge
+from validation.compare.differences import Verdict, judge
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 

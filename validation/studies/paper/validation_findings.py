@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from validation.compare.claims import read_claims
-from validation.compare.verdict import error_percent
+from validation.compare.differences import error_percent
 from validation.harness.record import RunRecord
 from validation.models.adapter import Progress
 from validation.studies.paper.ledger import Finding

@@ -1,19 +1,32 @@
-"""Rungs 2 and 3 of all scenes; rung 4 compares the validation's own runs (`rungs.paper_rung`)."""
+"""Rungs 2 and 3 of all scenes, and what the ladder says; rung 4 compares the validation's own runs
+(`rungs.paper_rung`).
+"""
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError, UserError
+from validation.harness.page import opening
+from validation.harness.quantities import quantity
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Store
+from validation.harness.uncertainty import two_digits
 from validation.identify.contact import MESHES, ContactIdentification
 from validation.models.impact import impact_of
 from validation.scenes.load import load_scene, scene_name
-from validation.validate.ladder.comparison import Comparison
 from validation.validate.ladder.run_tables import Row, explicit_flight
-from validation.validate.ladder.rungs import causes, contact_rung, structure_rung
+from validation.validate.ladder.rungs import (
+    OWN,
+    SAME,
+    Comparison,
+    causes,
+    contact_rung,
+    name_of,
+    structure_rung,
+)
 from validation.validate.ladder.stored_runs import LadderRuns
 
 EXPLICIT_FLIGHT = "soft"  # scene whose fall is also run in explicit steps, larger than hard's
@@ -70,3 +83,60 @@ def compute_ladder(
         except (UserError, RunFailedError) as error:
             ladder.failures.append(f"{scene_name(source)}: {error}")
     return ladder
+
+
+def check_sentences(checks: Sequence[Row]) -> list[str]:
+    """A sentence per check of the reference against itself: what a choice changes."""
+    return [
+        f"{opening(row['scene'])} finger, reference ({row['mesh']}) with {row['change']}: "
+        f"peak force {row['peak_percent']:+.2f} %, impulse {row['impulse_percent']:+.2f} %."
+        for row in checks
+        if row["peak_percent"] is not None and row["impulse_percent"] is not None
+    ]
+
+
+def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
+    """Sentences on the peak force on rungs 2 and 3, worded to match the numbers."""
+    entry = quantity("peak_normal_force_N")
+    what = {
+        2: "with the same lumped law the reduced model's peak force lies",
+        3: "with k and eta^2 from statics it lies",
+    }
+    whose = {2: "the solid's", 3: "the full contact's"}
+    own = {
+        (row.rung, row.scene): row.error_percent
+        for row in comparisons
+        if row.quantity == name_of(entry, OWN)
+    }
+    result = []
+    for row in comparisons:
+        error = row.error_percent
+        if row.quantity != name_of(entry, SAME) or error is None or row.reference is None:
+            continue
+        band = ""
+        if row.reference_uncertainty is not None:
+            known = two_digits(100 * row.reference_uncertainty / row.reference)
+            band = f" (known to {known} %)"
+        own_flight = own.get((row.rung, row.scene))
+        end = "." if own_flight is None else f"; {own_flight:+.1f} % where each falls by itself."
+        result.append(
+            f"{opening(row.scene)} finger, rung {row.rung}: {what[row.rung]} {abs(error):.1f} "
+            f"% {'above' if error > 0 else 'below'} {whose[row.rung]}{band}{end}"
+        )
+    return result
+
+
+def cause_sentences(causes: Sequence[Row]) -> list[str]:
+    """A sentence per scene: what each step adds to the peak force, the largest first."""
+    result = []
+    for scene in dict.fromkeys(cause["scene"] for cause in causes):
+        steps = [(row["step"], row["peak_N"]) for row in causes if row["scene"] == scene]
+        (_, first), *_, (_, last) = steps
+        changes = {step: after - before for (_, before), (step, after) in itertools.pairwise(steps)}
+        largest = sorted(changes.items(), key=lambda item: -abs(item[1]))
+        parts = [f"{change:+.1f} N with {step}" for step, change in largest]
+        result.append(
+            f"{opening(scene)} finger: from the blind prediction's {first:.1f} N to "
+            f"the reference's {last:.1f} N it is {last - first:+.1f} N: {', '.join(parts)}."
+        )
+    return result

@@ -5,7 +5,7 @@ import tomllib
 from collections.abc import Sequence
 from typing import Any
 
-from validation.compare.verdict import error_percent
+from validation.compare.differences import error_percent
 from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
 from validation.models import solid_inputs
@@ -55,15 +55,14 @@ def _check(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> R
     }
 
 
-def shaft_holes(runs: Runs, scenes: Sequence[str]) -> list[Row]:
+def shaft_holes(runs: Runs) -> list[Row]:
     """Rows that compare joints at shaft holes' surfaces, as in the paper, with plain hinges."""
     rows = []
-    for scene in scenes:
+    for scene in runs.scenes:
         plain, holed = runs.find(scene, PAPER_REFERENCE), runs.find(scene, HOLES)
         if plain is not None and holed is not None:
-            rows.append(
-                _check("shaft holes instead of plain hinges", PAPER_REFERENCE.variant, plain, holed)
-            )
+            change = "shaft holes instead of plain hinges"
+            rows.append(_check(change, PAPER_REFERENCE.variant, plain, holed))
     return rows
 
 
@@ -136,10 +135,10 @@ def contact_patch(run: RunRecord) -> Row | None:
     }
 
 
-def contact_patches(runs: Runs, best: Sequence[RunRecord], scenes: Sequence[str]) -> list[Row]:
+def contact_patches(runs: Runs, best: Sequence[RunRecord]) -> list[Row]:
     """Rows on the contact patches of the 3D presets and of rung 3's finest run, by scene."""
     rows = []
-    for scene in scenes:
+    for scene in runs.scenes:
         several = runs.find_all(scene, (FAST, PAPER_REFERENCE, DEFAULT_REFERENCE))
         several += [run for run in best if run.scene == scene]
         rows += [found for run in several if (found := contact_patch(run)) is not None]

@@ -1,18 +1,21 @@
-"""Rungs 2, 3 and 4: structure, contact, the paper; and the causes of rung 3's difference."""
+"""Rungs 2, 3 and 4: structure, contact, the paper; the causes of rung 3's difference."""
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
-from validation.compare.differences import spread
+from validation.compare.differences import error_percent, spread
+from validation.compare.force_curves import FORCES
 from validation.compare.grid_convergence import convergence
-from validation.harness.quantities import COMPARED, OF_A_TAP
+from validation.compare.iso18571 import rate_forces
+from validation.compare.sprague_geers import compare_forces
+from validation.harness.quantities import COMPARED, OF_A_TAP, OF_THE_FLIGHT, Quantity
 from validation.harness.record import RunRecord
 from validation.identify.contact import ContactIdentification
 from validation.models.impact import Impact
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.found_runs import Runs
-from validation.validate.ladder.comparison import OWN, SAME, Comparison, compare_runs
 from validation.validate.ladder.runs import (
     Contact,
     full_contact,
@@ -23,6 +26,7 @@ from validation.validate.ladder.runs import (
 from validation.validate.ladder.stored_runs import LadderRuns
 from validation.validate.plan import NO_FEM_ACCURACY, PAPER_REDUCED, PAPER_REFERENCE
 
+SAME, OWN = "same impact", "own flight"  # where the two models start
 # Edges of section and axis over the diameter, coarse to fine: 15 mm gives 2.25, 1.5, 1.2 mm.
 STRUCTURE = ((0.15, 0.2), (0.1, 0.133), (0.08, 0.107))
 STRUCTURE_FULL = ((0.1, 0.133), (0.067, 0.089), (0.05, 0.067))
@@ -33,6 +37,66 @@ CONTACT_FULL = (CONTACT[-1], (0.0094, 1.3, 0.085, 0.12), None)  # None: the pres
 ORDER = 2.0  # of the trilinear elements
 EXPERIMENT = (0.1, 0.133)  # the solid's edges of section and axis over the diameter
 CAUSE_COLUMNS = ("scene", "step", "peak_N", "duration_us", "impulse_mN_s")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A compared number.
+
+    rung : 2, 3 or 4.
+    quantity : name, unit and start.
+    reduced, reference, reference_uncertainty : in the quantity's unit; None where there is none.
+    error_percent : of the reduced model against the reference.
+    """
+
+    rung: int
+    scene: str
+    quantity: str
+    reduced: float | None
+    reference: float | None
+    reference_uncertainty: float | None
+    error_percent: float | None
+
+
+def name_of(entry: Quantity, start: str) -> str:
+    """A quantity's name in the column ``quantity``."""
+    return f"{entry.title} ({entry.unit}), {start}"
+
+
+def compare_runs(
+    rung: int,
+    reduced: RunRecord,
+    reference: RunRecord,
+    uncertainty: Mapping[str, float],
+    start: str,
+) -> list[Comparison]:
+    """All compared scalars and the curves' metrics.
+
+    uncertainty : relative uncertainties of the reference, by key.
+    start : SAME or OWN.
+    """
+    scene = reduced.scene
+    found = []
+    for entry in COMPARED:
+        value, target = entry.read(reduced), entry.read(reference)
+        # what a common impact state fixes for both models says nothing about them
+        if (start == SAME and entry in OF_THE_FLIGHT) or (value is None and target is None):
+            continue
+        share = uncertainty.get(entry.key)
+        known_to = None if share is None or target is None else share * abs(target)
+        error = error_percent(value, target)
+        found.append(Comparison(rung, scene, name_of(entry, start), value, target, known_to, error))
+    for name, title in FORCES.items():
+        metrics = compare_forces(reduced, reference, name)
+        for part, share in zip("MPC", metrics or (), strict=metrics is not None):
+            text = f"Sprague-Geers {part} of {title} (%), {start}"
+            found.append(Comparison(rung, scene, text, None, None, None, 100 * share))
+        rating = rate_forces(reduced, reference, name)
+        if rating is not None:
+            text = f"ISO/TS 18571 rating of {title} ({rating.grade}), {start}"
+            lost = 100 * (rating.overall - 1)
+            found.append(Comparison(rung, scene, text, rating.overall, 1.0, None, lost))
+    return found
 
 
 def uncertainties(sizes: Sequence[float], records: Sequence[RunRecord]) -> dict[str, float]:
@@ -152,13 +216,13 @@ def mesh_keys(mesh: tuple[float, ...] | None, diameter: float) -> tuple[list[str
     return keys, f"edge {1e3 * tip * diameter:.2g} mm"
 
 
-def paper_rung(runs: Runs, scenes: Sequence[str]) -> list[Comparison]:
+def paper_rung(runs: Runs) -> list[Comparison]:
     """Rung 4: the paper's k against the `ls-dyna-like` reference, each from its own flight.
 
     The reference's uncertainty is half its range over the validation's meshes and penalties.
     """
     rows = []
-    for scene in scenes:
+    for scene in runs.scenes:
         beams, reference = runs.find(scene, PAPER_REDUCED), runs.find(scene, PAPER_REFERENCE)
         if beams is None or reference is None:
             continue

@@ -34,6 +34,11 @@ class Convergence:
     fitted: bool = False
 
     @property
+    def error(self) -> float:
+        """Absolute uncertainty of the finest value."""
+        return abs(self.finest) * self.uncertainty
+
+    @property
     def verdict(self) -> str:
         """The result in words."""
         if self.fitted:

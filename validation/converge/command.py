@@ -9,6 +9,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Literal
 
+from validation.converge import verdicts
 from validation.converge.refinement_runs import LevelRuns
 from validation.converge.refinements import (
     NO_ACCURACY,
@@ -17,15 +18,7 @@ from validation.converge.refinements import (
     check_given,
     refinements,
 )
-from validation.converge.verdicts import (
-    PRESET,
-    STUDIED,
-    RefinedRuns,
-    judged,
-    level_rows,
-    preset_rows,
-    verdict_rows,
-)
+from validation.converge.verdicts import RefinedRuns
 from validation.errors import RunFailedError
 from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar
@@ -120,28 +113,27 @@ def run_converge(
                 except RunFailedError as error:
                     failures.append(f"preset converged: {error}")
         title = f"{runs.scene.name} finger, {model}"
-        verdicts = judged(results)
-        (folder / STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
-        write_table(folder, "levels", table_of(level_rows(results)), f"Runs of {title}")
-        of_preset = [] if preset is None else preset_rows(preset, verdicts)
-        rows = [*verdict_rows(verdicts), *of_preset]
+        convergences = verdicts.judged(results)
+        (folder / verdicts.STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
+        write_table(folder, "levels", table_of(verdicts.level_rows(results)), f"Runs of {title}")
+        of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences)
+        rows = [*verdicts.verdict_rows(convergences), *of_preset]
         write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
-        write_json(folder / STUDIED, scene_inputs(runs.scene.tables, model))
+        write_json(folder / verdicts.STUDIED, scene_inputs(runs.scene.tables, model))
         draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
     wide = max(len(refinement.name) for refinement in wanted)
-    for (refined, entry), found in verdicts.items():
-        known = abs(found.finest) * found.uncertainty
-        finest, limit = (_with_error(entry, value, known) for value in (found.finest, found.limit))
+    for (refined, entry), found in convergences.items():
+        finest, limit = (_with_error(entry, v, found.error) for v in (found.finest, found.limit))
         output(
             f"  {refined:<{wide}}  {entry.title:<16}  finest {finest:<24}"
             f"  limit {limit.partition(' ')[0]:<8}  {found.verdict}"
         )
     for row in of_preset:
         entry, percent = quantity(row["quantity"]), row["uncertainty_percent"]
-        known = abs(row["finest"]) * percent / 100
+        finest = _with_error(entry, row["finest"], abs(row["finest"]) * percent / 100)
         output(
-            f"  {PRESET:<{wide}}  {entry.title:<16}  {_with_error(entry, row['finest'], known):<24}"
+            f"  {row['refinement']:<{wide}}  {entry.title:<16}  {finest:<24}"
             f"  {row['from_limit_percent']:+.2f} % from the tip's limit,"
             f" known to {percent:.1f} % in all"
         )

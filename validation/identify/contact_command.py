@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.compare.grid_convergence import Convergence, convergence
+from validation.compare.grid_convergence import convergence
 from validation.harness.command_line import AsJson, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
@@ -20,11 +20,6 @@ OWN = "the scene's own, in built-in scenes the paper's"
 COLUMNS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "theory_is", "scene")
 
 
-def uncertainty(judged: Convergence | None, value: float) -> float | None:
-    """Absolute uncertainty of a value; None if its convergence was not judged."""
-    return None if judged is None else judged.uncertainty * abs(value)
-
-
 def rows(found: ContactIdentification) -> list[dict[str, Any]]:
     """The identified values beside theory and the scene's own (in built-in scenes the paper's)."""
     theory = float(np.interp(found.force_N, found.force_curve_N, found.hertz_curve_m))
@@ -33,7 +28,7 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
             "quantity": f"k, the spring of the same energy at F = {found.force_N:.4g} N",
             "unit": "N/m",
             "static_indentation": found.stiffness_N_per_m,
-            "uncertainty": uncertainty(found.stiffness, found.stiffness_N_per_m),
+            "uncertainty": found.stiffness and found.stiffness.error,
             "theory": found.hertz_N_per_m,
             "theory_is": "Hertz, 5 F/(4 delta)",
             "scene": found.paper_N_per_m,
@@ -42,7 +37,7 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
             "quantity": "eta^2, normal over tangential stiffness there, sticking",
             "unit": "1",
             "static_indentation": found.eta_squared,
-            "uncertainty": uncertainty(found.ratio, found.eta_squared),
+            "uncertainty": found.ratio and found.ratio.error,
             "theory": found.mindlin,
             "theory_is": "Mindlin, (2 - nu)/(2 (1 - nu))",
             "scene": found.paper_eta_squared,
@@ -63,12 +58,10 @@ def to_json(found: ContactIdentification) -> dict[str, Any]:
         "scene": found.scene,
         "force_N": found.force_N,
         "normal_stiffness_N_per_m": found.stiffness_N_per_m,
-        "normal_stiffness_uncertainty_N_per_m": uncertainty(
-            found.stiffness, found.stiffness_N_per_m
-        ),
+        "normal_stiffness_uncertainty_N_per_m": found.stiffness and found.stiffness.error,
         "normal_stiffness_verdict": found.stiffness and found.stiffness.verdict,
         "eta_squared": found.eta_squared,
-        "eta_squared_uncertainty": uncertainty(found.ratio, found.eta_squared),
+        "eta_squared_uncertainty": found.ratio and found.ratio.error,
         "eta_squared_verdict": found.ratio and found.ratio.verdict,
         "tangential_ratio": 1 / found.eta_squared,
         "hertz_N_per_m": found.hertz_N_per_m,

@@ -7,19 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from validation.harness.files import atomic
-from validation.render.views import (
-    BENDING,
-    PRESSURE,
-    SIZE,
-    draw,
-    look,
-    read_fields,
-    reduced,
-    scale_bar,
-    screenshot,
-    show_field,
-    surface,
-)
+from validation.render import views
 
 ENLARGED = 0.2  # largest drawn displacement beyond rigid motion, over the finger's diameter
 PATCH_VIEW = 1.6  # half the view's height over the patch's half width
@@ -33,10 +21,10 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
     """
     import pyvista as pv
 
-    pressure = mesh[PRESSURE]
+    pressure = mesh[views.PRESSURE]
     limits = (0.0, float(np.max(pressure)) or 1.0)
     if np.ptp(mesh.points[:, 2]) == 0.0:
-        draw(path, mesh, PRESSURE, text, height, zoom=True, limits=limits)
+        views.draw(path, mesh, views.PRESSURE, text, height, zoom=True, limits=limits)
         return
     pressed = mesh.points[pressure > 0.0]
     if not len(pressed):
@@ -46,16 +34,17 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
     near = np.linalg.norm(mesh.cell_centers().points - middle, axis=1).argsort()[:8]
     element = float(np.sqrt(np.mean(edges[near])))
     half = PATCH_VIEW * (float(np.ptp(pressed[:, [0, 2]], axis=0).max()) / 2 + element)
-    plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
-    show_field(plotter, mesh, PRESSURE, limits, True, "white", lighting=False)
+    plotter = pv.Plotter(off_screen=True, window_size=list(views.SIZE))
+    views.show_field(plotter, mesh, views.PRESSURE, limits, True, "white", lighting=False)
     below = np.array([0.0, -10 * half, 0.0])
     start = middle + below + np.array([-1.4 * half, 0.1 * half, -0.75 * half])
-    scale_bar(plotter, start, float(f"{half / 2:.1g}"), np.array([0, 0, 0.06 * half]), "white")
-    look(plotter, middle, below, (0, 0, 1), half, (0.01 * half, 20 * half))  # X to the right
+    length = float(f"{half / 2:.1g}")
+    views.scale_bar(plotter, start, length, np.array([0, 0, 0.06 * half]), "white")
+    views.look(plotter, middle, below, (0, 0, 1), half, (0.01 * half, 20 * half))  # X to the right
     plotter.set_background("black")
     largest = f"largest {limits[1]:.3g} MPa on {np.count_nonzero(pressure > 0)} nodes, from below"
     plotter.add_text(f"{text}\n{largest}", position="upper_left", font_size=12, color="white")
-    screenshot(plotter, path)
+    views.screenshot(plotter, path)
 
 
 def beyond_rigid(rest: Any, now: Any, bodies: Any) -> Any:
@@ -79,7 +68,7 @@ def beyond_rigid(rest: Any, now: Any, bodies: Any) -> Any:
 
 def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
     """Draw the finger with its deformation enlarged, in front of its rigid motion as a shadow."""
-    mesh = read_fields(file)
+    mesh = views.read_fields(file)
     bodies = np.asarray(mesh.connectivity().point_data["RegionId"])
     rest, now = np.asarray(mesh.points), mesh.points + mesh["displacement"]
     mirror = np.array([1.0, 1.0, -1.0])  # a half model's phalanges are fitted as whole ones
@@ -88,21 +77,21 @@ def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
     size = np.linalg.norm(beyond, axis=1)
     diameter = float(np.ptp(mesh.points[:, 1]))
     factor = float(f"{ENLARGED * diameter / (size.max() or 1.0):.1g}")
-    mesh[BENDING] = size * 1e6
+    mesh[views.BENDING] = size * 1e6
     moved, shadow = mesh.copy(), mesh.copy()
     moved.points, shadow.points = now + (factor - 1) * beyond, now - beyond
-    body, shadow = surface(moved, cut=False), surface(shadow, cut=False)
+    body, shadow = views.surface(moved, cut=False), views.surface(shadow, cut=False)
     shadow.points[:, 2] -= 2 * diameter  # behind the body, so that it shows beside it
     limits = (0.0, float(size.max()) * 1e6 or 1.0)
     title = f"{text}\ndeformation enlarged {factor:g} times; rigid motion in grey"
-    draw(path, body, BENDING, title, height, zoom=False, limits=limits, shadow=shadow)
+    views.draw(path, body, views.BENDING, title, height, zoom=False, limits=limits, shadow=shadow)
 
 
 def write_gif(path: Path, frames: list[Path]) -> None:
     """Write frames as a looping GIF of half their size with one palette; the last stays longer."""
     from PIL import Image
 
-    images = [reduced(frame) for frame in frames]
+    images = [views.reduced(frame) for frame in frames]
     palette = images[len(images) // 2].quantize(256)
     indexed = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]
     with atomic(path) as temporary:

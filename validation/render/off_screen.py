@@ -2,21 +2,31 @@
 
 import ctypes
 import ctypes.util
-from collections.abc import Sequence
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.processes import CrashedError, call_isolated
-from validation.render.worker import draw_run
+from validation.render.details import draw_patch, draw_shape, write_gif
+from validation.render.interactive import write_interactive
+from validation.render.run_folder import DrawnRun, read_curves, read_run
+from validation.render.views import PRESSURE, SPEED, STRESS, contact_sheet, deformed, draw, lowest_x
 
 LIBRARIES = "libgl1 libegl1 libglu1-mesa libxft2 libxcursor1 libxinerama1 libgomp1"
 TIMEOUT_S = 300
-
 INTERACTIVE = "interactive"
 STILL = ("stress", "velocity", "sequence")
 SUFFIXES = {"animation": "gif", INTERACTIVE: "html"}
 PICTURES = ("stress", "velocity", "pressure", "shape", "sequence", "animation")
+FRAMES = 6
+SCALE_PERCENTILE = 99.7
 
 
 @dataclass(frozen=True)
@@ -70,13 +80,136 @@ def render_run(
     if problem:
         return Renders({}, problem)
     out.mkdir(parents=True, exist_ok=True)
+    files = {what: out / f"{prefix}-{what}.{SUFFIXES.get(what, 'png')}" for what in wanted}
     refused = False
     try:
-        call_isolated(draw_run, (run_folder, *beside), out, prefix, wanted, limit_s=TIMEOUT_S)
+        call_isolated(draw_run, (run_folder, *beside), files, limit_s=TIMEOUT_S)
     except (UserError, RunFailedError) as error:
         problem, refused = str(error), isinstance(error, UserError)
     except CrashedError as error:
         remedy = f"if VTK crashed, on Debian or Ubuntu: apt install {LIBRARIES}"
         problem = f"rendering failed: {error}; {remedy}"
-    files = {what: out / f"{prefix}-{what}.{SUFFIXES.get(what, 'png')}" for what in wanted}
     return Renders({what: path for what, path in files.items() if path.is_file()}, problem, refused)
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """A run's pictures, each a method that writes its file, and what they share.
+
+    folders : of the run, then those of others, whose forces an interactive page shows.
+    """
+
+    run: DrawnRun
+    folders: Sequence[Path]
+
+    def moment(self, time: float) -> str:
+        """A time, counted from the first touch."""
+        return f"t - t_c = {(time - self.run.contact_s) * 1e6:.0f} µs"
+
+    @property
+    def peak(self) -> tuple[float, Path]:
+        """Time and file of the fields nearest to the peak force."""
+        return min(self.run.steps, key=lambda step: abs(step[0] - self.run.peak_s))
+
+    @property
+    def text(self) -> str:
+        """Title of a picture at peak force."""
+        return f"{self.run.title}\n{self.moment(self.peak[0])} (peak force)"
+
+    @cached_property
+    def inside(self) -> Any:
+        """The body at peak force, cut in the plane of motion."""
+        return deformed(self.peak[1], cut=True)
+
+    @cached_property
+    def whole(self) -> Any:
+        """The body at peak force."""
+        return deformed(self.peak[1], cut=False)
+
+    @property
+    def stress_limits(self) -> tuple[float, float]:
+        """Stress scale, cut at a percentile: a few contact elements would leave the rest black."""
+        return 0.0, float(np.percentile(self.inside[STRESS], SCALE_PERCENTILE)) or 1.0
+
+    def stress(self, path: Path) -> None:
+        """Stress in the plane of motion at peak force."""
+        largest = np.max(self.inside[STRESS])
+        text = f"{self.text}\nlargest {largest:.3g} MPa, beyond the scale"
+        height, limits = self.run.height_m, self.stress_limits
+        draw(path, self.inside, STRESS, text, height, zoom=True, limits=limits)
+
+    def velocity(self, path: Path) -> None:
+        """Speed of the whole finger at peak force."""
+        limits = (0.0, float(np.max(self.whole[SPEED])) or 1.0)
+        draw(path, self.whole, SPEED, self.text, self.run.height_m, zoom=False, limits=limits)
+
+    def pressure(self, path: Path) -> None:
+        """Contact pressure at peak force."""
+        if PRESSURE in self.whole.array_names:
+            draw_patch(path, self.whole, self.text, self.run.height_m)
+
+    def shape(self, path: Path) -> None:
+        """The deformation at peak force, enlarged."""
+        draw_shape(path, self.peak[1], self.text, self.run.height_m)
+
+    def sequence(self, path: Path) -> None:
+        """The tap in a few frames side by side."""
+        indices = np.linspace(0, len(self.run.steps) - 1, min(FRAMES, len(self.run.steps)))
+        chosen = [self.run.steps[index] for index in indices.round().astype(int)]
+        with self._frames(chosen, path, bar_on_each=False) as frames:
+            contact_sheet(path, frames, columns=3)
+
+    def animation(self, path: Path) -> None:
+        """The tap as a GIF."""
+        with self._frames(self.run.steps, path, bar_on_each=True) as frames:
+            write_gif(path, frames)
+
+    def interactive(self, path: Path) -> None:
+        """The tap as an interactive page, its forces beside those of the other runs."""
+        steps = [(t - self.run.contact_s, deformed(file, cut=True)) for t, file in self.run.steps]
+        curves = dict(read_curves(folder) for folder in self.folders)
+        shown = steps, STRESS, self.stress_limits, self.run.height_m, curves
+        write_interactive(path, self.run.title, *shown)
+
+    @contextmanager
+    def _frames(
+        self, steps: Sequence[tuple[float, Path]], path: Path, bar_on_each: bool
+    ) -> Iterator[list[Path]]:
+        """Draw the stress at some times from one viewpoint, in files removed after the block."""
+        frames = []
+        for number, (time, file) in enumerate(steps):
+            frames.append(path.with_name(f".{path.stem}-{number}.png"))
+            draw(
+                frames[-1],
+                deformed(file, cut=True),
+                STRESS,
+                self.moment(time),
+                self.run.height_m,
+                zoom=True,
+                limits=self.stress_limits,
+                with_bar=bar_on_each or number == len(steps) - 1,
+                look_at=lowest_x(self.inside),
+            )
+        yield frames
+        for frame in frames:
+            frame.unlink()
+
+
+def draw_run(folders: Sequence[Path], files: Mapping[str, Path]) -> None:
+    """Draw pictures of the first folder's run; in a process of its own, whose stderr it discards.
+
+    files : by the names of `Drawing`'s methods.
+
+    Raises UserError: a folder holds no run to draw.
+    Raises RunFailedError: the drawing failed.
+    """
+    with open(os.devnull, "wb") as nothing:
+        os.dup2(nothing.fileno(), 2)
+    try:
+        drawing = Drawing(read_run(folders[0]), folders)
+        for what, path in files.items():
+            getattr(drawing, what)(path)
+    except UserError:
+        raise
+    except Exception as error:
+        raise RunFailedError(f"rendering failed: {type(error).__name__}: {error}") from error

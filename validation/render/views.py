@@ -83,8 +83,7 @@ def _surface_and_camera(
     """
     import pyvista as pv
 
-    x_low, x_high, y_low, y_high = np.asarray(mesh.bounds)[:4]
-    del y_low
+    x_low, x_high, _, y_high = np.asarray(mesh.bounds)[:4]
     tip_x = lowest_x(mesh) if look_at is None else look_at
     radius = float(np.ptp(mesh.points[np.abs(mesh.points[:, 0] - lowest_x(mesh)) < 1e-3, 1])) / 2
     radius = min(max(radius, 1e-4), float(x_high - x_low))

@@ -11,8 +11,8 @@ from validation.harness.files import write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPARED
 from validation.harness.uncertainty import two_digits
-from validation.validate.found_runs import Runs
 from validation.validate.headline import cautions, differences
+from validation.validate.plan import Runs
 
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # allowed in names, not in XML
 JSON_KEYS = {  # of `Difference.numbers`, where JSON has another name

@@ -12,10 +12,9 @@ from validation.models.adapter import Progress
 from validation.render.interactive import check_interactive
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
 from validation.validate.checks import check_text, outcome, write_checks
-from validation.validate.found_runs import Runs
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.page import report
-from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, validation_jobs
+from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, Runs, validation_jobs
 from validation.validate.request import plan_of
 
 

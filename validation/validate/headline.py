@@ -5,8 +5,7 @@ from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out
-from validation.validate.found_runs import Runs
-from validation.validate.plan import PAPER_REDUCED, REFINED, RunName
+from validation.validate.plan import PAPER_REDUCED, REFINED, RunName, Runs
 
 MATTERS = 1.0  # percent of peak, impulse or duration
 MODEL_NAMES = {PAPER_REDUCED.model: "the reduced model", REFINED: "the refined reduced model"}

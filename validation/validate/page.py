@@ -12,7 +12,6 @@ from validation.harness.tables import table_of, write_table
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
 from validation.validate import headline, tables
-from validation.validate.found_runs import Runs
 from validation.validate.ladder import run_tables, rungs
 from validation.validate.ladder.ladder import (
     Ladder,
@@ -26,6 +25,7 @@ from validation.validate.plan import (
     PENALTIES,
     REFINED,
     RunName,
+    Runs,
     first_jobs,
 )
 
@@ -123,7 +123,7 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     """Draw figs. 7 and 9; returns paths and captions."""
     forces, meshes = folder / "forces.png", folder / "elements.png"
-    lines = [r for s in runs.scenes for r in runs.drawn_runs(s)]
+    lines = [r for s in runs.scenes for r in (*runs.compared(s), *runs.references(s))]
     band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
     compared = {
         scene: [(reference, run) for run in runs.compared(scene)]

@@ -13,8 +13,7 @@ from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
-from validation.validate.found_runs import Runs
-from validation.validate.plan import PAPER_REDUCED, PAPER_REFERENCE, RunName
+from validation.validate.plan import PAPER_REDUCED, PAPER_REFERENCE, RunName, Runs
 
 SELF = "self"  # computed by the model under validation
 OTHER_MODEL = "other model"  # computed by the independent model

@@ -21,7 +21,7 @@ from validation.models.curves import Curves, record_of
 from validation.models.hcm import HCM
 from validation.peers import calculix
 from validation.scenes.load import load_scene
-from validation.validate.found_runs import Runs
+from validation.validate.plan import Runs
 from validation.validate.request import plan_of
 from validation.validate.tables import accuracy_rows
 

@@ -18,10 +18,9 @@ from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 from validation.validate import command as validate_command
-from validation.validate.found_runs import Runs
 from validation.validate.headline import sentences, unit_notes
 from validation.validate.ladder.ladder import Ladder
-from validation.validate.plan import PAPER_REDUCED, Plan, paper_jobs, validation_jobs
+from validation.validate.plan import PAPER_REDUCED, Plan, Runs, paper_jobs, validation_jobs
 from validation.validate.request import plan_of, read_tolerances
 
 

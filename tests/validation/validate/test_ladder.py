@@ -16,7 +16,6 @@ from validation.models.impact import impact_of
 from validation.models.inputs import scene_inputs
 from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import NamedScene, load_scene
-from validation.validate.found_runs import Runs
 from validation.validate.ladder import ladder as ladder_module
 from validation.validate.ladder import run_tables
 from validation.validate.ladder.ladder import (
@@ -43,10 +42,15 @@ from validation.validate.ladder.rungs import (
     structure_rung,
     uncertainties,
 )
-from validation.validate.ladder.runs import full_contact, reduced, scene_contact, touching_mesh
-from validation.validate.ladder.stored_runs import LadderRuns
+from validation.validate.ladder.runs import (
+    LadderRuns,
+    full_contact,
+    reduced,
+    scene_contact,
+    touching_mesh,
+)
 from validation.validate.page import all_tables, ladder_context, write_tables
-from validation.validate.plan import paper_jobs
+from validation.validate.plan import Runs, paper_jobs
 from validation.validate.tables import TABLE_2, TABLE_3, paper_rows
 
 

@@ -19,7 +19,6 @@ from validation.render.off_screen import Renders
 from validation.runs.execute import Job, failed, keep
 from validation.validate import command as validate_command
 from validation.validate import page as validate_page
-from validation.validate.found_runs import Runs
 from validation.validate.headline import (
     assumption_effects,
     cumulative_differences,
@@ -30,7 +29,7 @@ from validation.validate.headline import (
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.ladder.run_tables import CHECK_COLUMNS
 from validation.validate.ladder.rungs import CAUSE_COLUMNS, SAME, Comparison
-from validation.validate.plan import Plan, paper_jobs, validation_jobs
+from validation.validate.plan import Plan, Runs, paper_jobs, validation_jobs
 from validation.validate.tables import efficiency_rows
 
 NO_LADDER = Ladder(False)

@@ -4,19 +4,21 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from validation.converge.verdicts import preset_uncertainties
 from validation.errors import RunFailedError, UserError
+from validation.harness.identity import program
 from validation.harness.page import opening
 from validation.harness.quantities import quantity
-from validation.harness.record import RunRecord
+from validation.harness.record import RunRecord, plain
 from validation.harness.store import NO_STORE, Store
 from validation.harness.uncertainty import two_digits
-from validation.identify.contact import MESHES, ContactIdentification
+from validation.identify.contact import MESHES, ContactIdentification, identify_contact
 from validation.models.impact import impact_of
-from validation.scenes.load import load_scene, scene_name
+from validation.models.inputs import scene_inputs
+from validation.scenes.load import NamedScene, load_scene, scene_name
 from validation.validate.ladder.run_tables import Row, explicit_flight
 from validation.validate.ladder.rungs import (
     OWN,
@@ -27,7 +29,7 @@ from validation.validate.ladder.rungs import (
     name_of,
     structure_rung,
 )
-from validation.validate.ladder.stored_runs import LadderRuns
+from validation.validate.ladder.runs import LadderRuns
 
 EXPLICIT_FLIGHT = "soft"  # scene whose fall is also run in explicit steps, larger than hard's
 
@@ -53,6 +55,20 @@ class Ladder:
     failures: list[str] = field(default_factory=list)
 
 
+def identify(
+    scene: NamedScene, refinements: tuple[tuple[float, float], ...], store: Store
+) -> ContactIdentification:
+    """The result of `identify_contact`, computed unless the store has it."""
+    # it depends on the reduced model's peak and the solid's statics: both models' tables
+    tables = [scene_inputs(scene.tables, model) for model in ("hcm", "fem3d")]
+    inputs = {"program": program(identify_contact.__module__), "scene": tables,
+              "refinements": plain(refinements)}  # fmt: skip
+    found = store.obtain(
+        inputs, ContactIdentification, lambda: identify_contact(scene, refinements)
+    )
+    return replace(found, scene=scene.name)
+
+
 def compute_ladder(
     scenes: Sequence[str], full: bool, studies: Path, store: Store = NO_STORE
 ) -> Ladder:
@@ -68,7 +84,7 @@ def compute_ladder(
             scene = load_scene(source)
             impact = impact_of(scene)
             ladder.rows.extend(structure_rung(scene, impact, full, runs))
-            tip = runs.identify(scene, MESHES if full else MESHES[:1])
+            tip = identify(scene, MESHES if full else MESHES[:1], store)
             ladder.identified.append(tip)
             stored = preset_uncertainties(studies / f"{scene.name}-fem3d", scene.tables)
             compared, reference, own, predicted = contact_rung(

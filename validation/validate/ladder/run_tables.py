@@ -10,9 +10,7 @@ from validation.harness.quantities import OF_A_TAP, quantity
 from validation.harness.record import RunRecord
 from validation.models import solid_inputs
 from validation.scenes.load import load_scene, validate
-from validation.validate.found_runs import Runs
-from validation.validate.ladder.runs import full_contact
-from validation.validate.ladder.stored_runs import LadderRuns
+from validation.validate.ladder.runs import LadderRuns, full_contact
 from validation.validate.plan import (
     DEFAULT_REFERENCE,
     FAST,
@@ -21,6 +19,7 @@ from validation.validate.plan import (
     PAPER_REDUCED,
     PAPER_REFERENCE,
     PLANE,
+    Runs,
 )
 
 RUN_LABELS = {PAPER_REDUCED: "hcm, the paper's k"}

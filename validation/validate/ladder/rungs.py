@@ -15,16 +15,15 @@ from validation.harness.record import RunRecord
 from validation.identify.contact import ContactIdentification
 from validation.models.impact import Impact
 from validation.scenes.load import NamedScene, load_scene
-from validation.validate.found_runs import Runs
 from validation.validate.ladder.runs import (
     Contact,
+    LadderRuns,
     full_contact,
     lumped_solid,
     reduced,
     scene_contact,
 )
-from validation.validate.ladder.stored_runs import LadderRuns
-from validation.validate.plan import NO_FEM_ACCURACY, PAPER_REDUCED, PAPER_REFERENCE
+from validation.validate.plan import NO_FEM_ACCURACY, PAPER_REDUCED, PAPER_REFERENCE, Runs
 
 SAME, OWN = "same impact", "own flight"  # where the two models start
 # Edges of section and axis over the diameter, coarse to fine: 15 mm gives 2.25, 1.5, 1.2 mm.

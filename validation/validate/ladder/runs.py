@@ -2,17 +2,24 @@
 
 import dataclasses
 import time
-from typing import Any, Literal
+from collections.abc import Callable
+from typing import Any, Concatenate, Literal, ParamSpec
 
 import hcm
-from validation.errors import RunFailedError
+from validation.errors import RunFailedError, UserError
+from validation.harness.identity import program
 from validation.harness.interrupts import unless_interrupted
-from validation.harness.record import RunRecord
+from validation.harness.record import RunRecord, plain
+from validation.harness.store import NO_STORE, Store
+from validation.harness.stored_run import keep_run, load_run
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import to_record
 from validation.models.hcm import hcm_scene
 from validation.models.impact import Impact, chain_state
+from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene
+
+P = ParamSpec("P")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,3 +120,41 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
     )
     record = to_record(result, scene, "fem3d", variant, time.perf_counter() - began)
     return _completed(record)
+
+
+@dataclasses.dataclass(frozen=True)
+class LadderRuns:
+    """Runs of `reduced`, `lumped_solid` and `full_contact`, computed unless a store has them."""
+
+    store: Store = NO_STORE
+
+    def obtain(
+        self,
+        simulate: Callable[Concatenate[NamedScene, P], RunRecord],
+        scene: NamedScene,
+        *given: P.args,
+        **named: P.kwargs,
+    ) -> RunRecord:
+        """The record of ``simulate(scene, *given, **named)``, one of this file's functions.
+
+        Raises UserError: a solid refuses the scene.
+        """
+        inputs = {
+            "program": program(__name__),
+            "simulate": simulate.__name__,
+            **scene_inputs(scene.tables, "hcm" if simulate is reduced else "fem3d"),
+            "given": [_json(value) for value in given],
+            "named": {name: _json(value) for name, value in named.items()},
+        }
+        record = load_run(self.store, inputs)
+        if record is None:
+            try:
+                record = simulate(scene, *given, **named)
+            except ValueError as error:  # what a solid or its mesh refuses
+                raise UserError(str(error)) from error
+            keep_run(self.store, inputs, record)
+        return dataclasses.replace(record, scene=scene.name)
+
+
+def _json(value: Any) -> Any:
+    return plain(dataclasses.asdict(value) if isinstance(value, Contact | Impact) else value)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from validation.harness.quantities import Quantity
+from validation.harness.quantities import Quantity, finite
 from validation.harness.record import RunRecord
 
 Judgement = Literal["resolved", "within uncertainty", "cannot tell"]
@@ -82,9 +82,7 @@ def judge(
         return None
     u = None
     if value_error is not None and target_error is not None:
-        u = 100.0 * math.hypot(value_error, target_error) / abs(target)
-    if u is not None and not math.isfinite(u):
-        u = None
+        u = finite(100.0 * math.hypot(value_error, target_error) / abs(target))
     return Verdict(percent, u, tolerance)
 
 

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,6 @@ LOOKS = {  # colour, style and width of each line in the overlay, by label
 OTHER_LOOK = (GREY, "-", 1.0)
 SEEN = 0.1  # percent: what the page prints of a difference, and each of its axes shows at least
 BAND = 800  # times of the shaded band: its edges are not simplified as lines are
-NOTHING: Mapping[str, Sequence[tuple[RunRecord, RunRecord]]] = MappingProxyType({})
 
 
 def usable(run: RunRecord) -> bool:
@@ -167,7 +165,7 @@ def overlay_figure(
     runs: Sequence[RunRecord],
     spread_over: Sequence[RunRecord],
     scenes: Sequence[str],
-    compared: Mapping[str, Sequence[tuple[RunRecord, RunRecord]]] = NOTHING,
+    compared: Mapping[str, Sequence[tuple[RunRecord, RunRecord]]] | None = None,
 ) -> None:
     """Fig. 9: the reduced model against the reference.
 
@@ -177,7 +175,7 @@ def overlay_figure(
     """
 
     def residuals(axis: Any, scene: str) -> None:
-        for reference, run in compared.get(scene, ()):
+        for reference, run in (compared or {}).get(scene, ()):
             peak, both = reference.value("peak_normal_force_N"), usable(run) and usable(reference)
             tap = first_tap([run, reference], "normal_force_N") if both and peak else None
             if tap is not None and peak:

@@ -123,9 +123,5 @@ def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:
     if not {"refinement", "quantity", "uncertainty_percent"} <= set(table.columns):
         return {}
     known = {entry.key for entry in COMPARED}
-    of_preset = table[table["refinement"] == PRESET].dropna(subset=["uncertainty_percent"])
-    return {
-        quantity: 0.01 * float(share)
-        for quantity, share in of_preset[["quantity", "uncertainty_percent"]].to_numpy().tolist()
-        if quantity in known
-    }
+    shares = table[table["refinement"] == PRESET].set_index("quantity")["uncertainty_percent"]
+    return {key: 0.01 * float(share) for key, share in shares.dropna().items() if key in known}

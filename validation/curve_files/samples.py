@@ -1,22 +1,98 @@
-"""What a reader gives: forces over time as a file states them, in SI units."""
+"""The contract of a reader: a file's text and the `Sidecar` beside it in, `Samples` out.
 
-from collections.abc import Mapping
+The sidecar says what a file of curves doesn't say by itself: ``NAME.toml``, NAME with its ending.
+"""
+
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from validation.errors import UserError
-from validation.scenes.messages import show
+from validation.harness.quantities import ESTIMATED, TIP_VELOCITY
+from validation.harness.record_schema import LARGEST, SIGNED
+from validation.models.curves import TIMES
+from validation.scenes.load import read_toml
+from validation.scenes.messages import one_line, show
+from validation.scenes.scene_number import SceneNumber
 
 Floats = NDArray[np.float64]
 FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "N": 1.0, "kN": 1e3, "mN": 1e-3}  # to SI
-LARGEST = 1e12  # s, N: nothing of a tap is larger
+LARGEST_SAMPLE = 1e12  # s, N: nothing of a tap is larger
+Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def _scalar(key: str) -> SceneNumber:
+    """What a tap's number may be: all but the signed ones are positive where there is a tap."""
+    if key in (TIP_VELOCITY, *SIGNED):
+        return SceneNumber(at_least=-LARGEST, at_most=LARGEST)
+    if key in TIMES:
+        return SceneNumber(at_least=0.0, at_most=LARGEST)
+    return SceneNumber(above=0.0, at_most=LARGEST)
+
+
+def _numbers(bounds: Callable[[str], SceneNumber]) -> Any:
+    """A table of a tap's numbers by their keys, SI units."""
+    fields: Any = {}
+    for key in ESTIMATED:
+        one: Any = Annotated[float, bounds(key)]
+        two = Annotated[list[one], Field(min_length=2, max_length=2)]
+        fields[key] = (two if key == TIP_VELOCITY else one, None)
+    return create_model("Numbers", __base__=_Table, **fields)
+
+
+if TYPE_CHECKING:
+    Scalars = BaseModel
+    Errors = BaseModel
+else:
+    Scalars = _numbers(_scalar)
+    Errors = _numbers(lambda _: SceneNumber(at_least=0.0, at_most=LARGEST))
+
+
+class Sidecar(_Table):
+    """The keys of ``NAME.toml``. Axes: F_n pushes the tip up, F_t acts on it along +X."""
+
+    scene: str | None = None  # that the curves belong to
+    source: str = ""  # whose they are, in words
+    time_offset_s: Annotated[float, SceneNumber("s")] = 0.0  # the file's time as the motion starts
+    half_model: bool = False  # the forces are those of half a symmetric body
+    threshold_N: Annotated[float, SceneNumber("N", at_least=0.0)] = 0.0  # of the file: no contact
+    time_unit: Literal["s", "ms", "us"] = "s"  # of a solver's output; a CSV's header says it
+    force_unit: Literal["N", "kN", "mN"] = "N"
+    normal: Axis = "y"  # in a CSV its sign alone counts
+    tangential: Axis = "x"
+    interface: str | int | None = None  # rcforc's number, CalculiX's slave set
+    side: Literal["slave", "master"] = "slave"  # the finger's
+    scalars: Scalars = Scalars()  # that the source states itself, instead of the curves'
+    uncertainty: Errors = Errors()  # absolute, one standard deviation, instead of the columns'
+
+
+def read_sidecar(path: Path) -> Sidecar:
+    """The keys beside a file of curves; the defaults where there are none.
+
+    Raises UserError: it can't be read, or a key is unknown or not what it may be.
+    """
+    beside = path.with_name(f"{path.name}.toml")
+    try:
+        return Sidecar.model_validate(
+            read_toml(beside, str(beside)) if os.path.exists(beside) else {}
+        )
+    except ValidationError as error:
+        raise UserError(f"{beside}: {one_line(error, Sidecar)}") from error
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Contact force over time, not yet checked as a tap.
+    """Contact force over time as a file states it, in SI units, not yet checked as a tap.
 
     lines, time_s : (n,), line of the file, and its time.
     forces : (n,) each, N, by the names ``normal_force``, ``tangential_force`` and these with
@@ -36,6 +112,6 @@ def number(text: str, place: str) -> float:
         value = float(text if "_" not in text else "")  # to Python alone 1_000 is a number
     except ValueError:
         value = np.inf
-    if not abs(value) <= LARGEST:
-        raise UserError(f"{place}: {show(text)} is not a number of up to {LARGEST:g}")
+    if not abs(value) <= LARGEST_SAMPLE:
+        raise UserError(f"{place}: {show(text)} is not a number of up to {LARGEST_SAMPLE:g}")
     return value

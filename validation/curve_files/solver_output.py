@@ -11,8 +11,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from validation.curve_files.samples import FACTORS, Samples, number
-from validation.curve_files.sidecar import Sidecar
+from validation.curve_files.samples import FACTORS, Samples, Sidecar, number
 from validation.errors import UserError
 
 SIDES = {"surfa": "slave", "surfb": "master"}

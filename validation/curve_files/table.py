@@ -8,8 +8,7 @@ import csv
 
 import numpy as np
 
-from validation.curve_files.samples import FACTORS, Samples, number
-from validation.curve_files.sidecar import Sidecar
+from validation.curve_files.samples import FACTORS, Samples, Sidecar, number
 from validation.errors import UserError
 from validation.scenes.messages import show
 

@@ -11,8 +11,7 @@ from validation.curve_files.sample_errors import (
     quantum,
     zero_line,
 )
-from validation.curve_files.samples import Floats, Samples
-from validation.curve_files.sidecar import Sidecar
+from validation.curve_files.samples import Floats, Samples, Sidecar
 from validation.errors import UserError
 from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
 

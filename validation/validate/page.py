@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
 from validation.harness.files import safe_name
@@ -47,65 +47,56 @@ RUNGS = {
     3: "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
     4: "Rung 4, the paper: its own k against the ls-dyna-like reference",
 }
+TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the file's name
+    "accuracy": (
+        tables.ACCURACY_COLUMNS,
+        "Reduced model against the references (the paper's Table 2)",
+    ),
+    "efficiency": (
+        tables.EFFICIENCY_COLUMNS,
+        "Time and memory of each run, alone in its process (the paper's Table 3)",
+    ),
+    "ladder": (tuple(rungs.Comparison.__annotations__), "The ladder of comparisons, rungs 2 to 4"),
+    "ladder_causes": (rungs.CAUSE_COLUMNS, "From the blind prediction to the reference"),
+    "table_2": (tables.COLUMNS_2, "The paper's Table 2"),
+    "table_3": (tables.COLUMNS_3, "The paper's Table 3"),
+    "reference_checks": (
+        run_tables.CHECK_COLUMNS,
+        "What each choice in the reference changes in its own result",
+    ),
+    "accuracy_cost": (
+        run_tables.COST_COLUMNS,
+        "Every model against the best reference run, and its time",
+    ),
+    "contact_patch": (
+        run_tables.PATCH_COLUMNS,
+        "Contact patch and pressure at peak force, beside Hertz",
+    ),
+}
+Rows = Mapping[str, Sequence[Any]]  # by the names of TABLES
 
 
-class Table(NamedTuple):
-    """A table; its rows are mappings by the columns, or have them as attributes."""
-
-    rows: Sequence[Any]
-    columns: Sequence[str]
-    caption: str
-
-
-def all_tables(ladder: Ladder, runs: Runs) -> dict[str, Table]:
-    """All tables by their files' names, from the validation's own runs and the ladder's."""
+def table_rows(ladder: Ladder, runs: Runs) -> Rows:
+    """Rows of all tables, from the validation's own runs and the ladder's."""
     return {
-        "accuracy": Table(
-            tables.all_accuracy_rows(runs),
-            tables.ACCURACY_COLUMNS,
-            "Reduced model against the references (the paper's Table 2)",
+        "accuracy": tables.all_accuracy_rows(runs),
+        "efficiency": tables.efficiency_rows(runs.measured(), runs.plan.models),
+        "ladder": [*ladder.rows, *rungs.paper_rung(runs)],
+        "ladder_causes": ladder.causes,
+        "table_2": tables.paper_rows(runs, tables.TABLE_2),
+        "table_3": tables.paper_rows(runs, tables.TABLE_3),
+        "reference_checks": [*run_tables.shaft_holes(runs), *ladder.checks],
+        "accuracy_cost": run_tables.accuracy_against_cost(
+            runs, ladder.predictions, ladder.references
         ),
-        "efficiency": Table(
-            tables.efficiency_rows(runs.measured(), runs.plan.models),
-            tables.EFFICIENCY_COLUMNS,
-            "Time and memory of each run, alone in its process (the paper's Table 3)",
-        ),
-        "ladder": Table(
-            [*ladder.rows, *rungs.paper_rung(runs)],
-            tuple(rungs.Comparison.__annotations__),
-            "The ladder of comparisons, rungs 2 to 4",
-        ),
-        "ladder_causes": Table(
-            ladder.causes, rungs.CAUSE_COLUMNS, "From the blind prediction to the reference"
-        ),
-        "table_2": Table(
-            tables.paper_rows(runs, tables.TABLE_2), tables.COLUMNS_2, "The paper's Table 2"
-        ),
-        "table_3": Table(
-            tables.paper_rows(runs, tables.TABLE_3), tables.COLUMNS_3, "The paper's Table 3"
-        ),
-        "reference_checks": Table(
-            [*run_tables.shaft_holes(runs), *ladder.checks],
-            run_tables.CHECK_COLUMNS,
-            "What each choice in the reference changes in its own result",
-        ),
-        "accuracy_cost": Table(
-            run_tables.accuracy_against_cost(runs, ladder.predictions, ladder.references),
-            run_tables.COST_COLUMNS,
-            "Every model against the best reference run, and its time",
-        ),
-        "contact_patch": Table(
-            run_tables.contact_patches(runs, ladder.references),
-            run_tables.PATCH_COLUMNS,
-            "Contact patch and pressure at peak force, beside Hertz",
-        ),
+        "contact_patch": run_tables.contact_patches(runs, ladder.references),
     }
 
 
-def write_tables(folder: Path, made: Mapping[str, Table]) -> None:
+def write_tables(folder: Path, rows: Rows) -> None:
     """Write every table as CSV, Markdown and LaTeX."""
-    for name, table in made.items():
-        write_table(folder, name, table_of(table.rows, table.columns), table.caption)
+    for name, (columns, caption) in TABLES.items():
+        write_table(folder, name, table_of(rows[name], columns), caption)
 
 
 def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
@@ -178,26 +169,19 @@ def read_back_note(runs: Runs) -> str:
 
 def page_context(
     runs: Runs,
-    made: Mapping[str, Table],
+    rows: Rows,
     figures: list[tuple[Path, str]],
     apart: list[tuple[Path, str]],
     renders: dict[str, Renders],
 ) -> dict[str, Any]:
     """The variables of the page's template."""
     differences = headline.differences(runs)
-    drawn = [
-        (what, path, f"{scene} finger: {CAPTIONS[what]}")
-        for scene, pictures in renders.items()
-        for what, path in pictures.pictures.items()
-        if what != INTERACTIVE
-    ]
     factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *PENALTIES))
     accuracy = {}
     for scene in runs.scenes:
         for label in dict.fromkeys([*(r.label for r in runs.references(scene)[:1]), PAPERS]):
             compared = scene, label
-            rows = made["accuracy"].rows
-            mine = [r for r in rows if (r["scene"], r["reference_model"]) == compared]
+            mine = [r for r in rows["accuracy"] if (r["scene"], r["reference_model"]) == compared]
             if mine:
                 accuracy[f"{scene} finger against {label}"] = mine
     return {
@@ -215,45 +199,40 @@ def page_context(
         "apart_caption": CAPTION + (STEPS if REFINED in runs.plan.models else ""),
         "accuracy": accuracy,
         "accuracy_columns": [c for c in tables.ACCURACY_COLUMNS if c not in HIDDEN],
-        "efficiency": made["efficiency"].rows,
+        "efficiency": rows["efficiency"],
         "efficiency_columns": [c for c in tables.EFFICIENCY_COLUMNS if c != "processor"],
         "render_problems": [f"{s}: {r.problem}" for s, r in renders.items() if r.problem],
-        "small_renders": [(path, text) for what, path, text in drawn if what != "sequence"],
-        "interactive": [
-            (scene, f"{r.pictures[INTERACTIVE].parent.name}/{r.pictures[INTERACTIVE].name}")
-            for scene, r in renders.items()
-            if INTERACTIVE in r.pictures
-        ],
-        "wide_renders": [(path, text) for what, path, text in drawn if what == "sequence"],
+        "renders": renders,
+        "captions": CAPTIONS,
         "provenance": provenance({}),
     }
 
 
-def ladder_context(ladder: Ladder, made: Mapping[str, Table]) -> dict[str, Any]:
+def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
     """The variables of the ladder's block in the page's template."""
     return {
         "ladder": ladder,
-        "ladder_tables": {name: table.rows for name, table in made.items()},
-        "ladder_columns": {name: table.columns for name, table in made.items()},
+        "ladder_tables": rows,
+        "ladder_columns": {name: columns for name, (columns, _) in TABLES.items()},
         "ladder_rungs": [
-            (title, [row for row in made["ladder"].rows if row.rung == rung])
+            (title, [row for row in rows["ladder"] if row.rung == rung])
             for rung, title in RUNGS.items()
         ],
         "ladder_sentences": [
-            *peak_sentences(made["ladder"].rows),
-            *cause_sentences(made["ladder_causes"].rows),
-            *check_sentences(made["reference_checks"].rows),
+            *peak_sentences(rows["ladder"]),
+            *cause_sentences(rows["ladder_causes"]),
+            *check_sentences(rows["reference_checks"]),
         ],
     }
 
 
 def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) -> dict[str, Any]:
     """Write all tables, figures, renders and the page; returns the page's context."""
-    made = all_tables(ladder, runs)
-    write_tables(folder, made)
+    rows = table_rows(ladder, runs)
+    write_tables(folder, rows)
     figures = draw_figures(folder / "figures", runs)
     apart = draw_differences(folder / "figures", runs)
     renders = draw_fields(folder / "renders", folder / "runs", runs, interactive)
-    context = page_context(runs, made, figures, apart, renders) | ladder_context(ladder, made)
+    context = page_context(runs, rows, figures, apart, renders) | ladder_context(ladder, rows)
     write_page(folder / "index.html", "validate.html.j2", context)
     return context

@@ -49,7 +49,7 @@ from validation.validate.ladder.runs import (
     scene_contact,
     touching_mesh,
 )
-from validation.validate.page import all_tables, ladder_context, write_tables
+from validation.validate.page import ladder_context, table_rows, write_tables
 from validation.validate.plan import Runs, paper_jobs
 from validation.validate.tables import TABLE_2, TABLE_3, paper_rows
 
@@ -160,13 +160,13 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     assert {row.rung for row in paper} == {4}
     half = next(row for row in paper if row.quantity == "peak Fn (N), own flight")
     assert half.reference_uncertainty == pytest.approx(3.0)
-    tables = all_tables(ladder, Runs((make_record(variant="N=60"), record, other)))
-    assert tables["ladder"].rows == [*rows, *paper]
+    tables = table_rows(ladder, Runs((make_record(variant="N=60"), record, other)))
+    assert tables["ladder"] == [*rows, *paper]
     write_tables(tmp_path, tables)
     header = (tmp_path / "ladder.csv").read_text().splitlines()[0]
     assert header == ",".join(Comparison.__annotations__)
     assert header == "rung,scene,quantity,reduced,reference,reference_uncertainty,error_percent"
-    said = [*peak_sentences(tables["ladder"].rows), *cause_sentences(tables["ladder_causes"].rows)]
+    said = [*peak_sentences(tables["ladder"]), *cause_sentences(tables["ladder_causes"])]
     assert "0.6 % below the solid's (known to 0.15 %)" in said[0]
     assert "14.3 % below" in said[1]
     assert "from the blind prediction's 80.7 N to the reference's 94.2 N" in said[2]

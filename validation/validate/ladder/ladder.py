@@ -86,7 +86,8 @@ def compute_ladder(
             ladder.rows.extend(structure_rung(scene, impact, full, runs))
             tip = identify(scene, MESHES if full else MESHES[:1], store)
             ladder.identified.append(tip)
-            stored = preset_uncertainties(studies / f"{scene.name}-fem3d", scene.tables)
+            study = studies / f"{scene.name}-fem3d"
+            stored = preset_uncertainties(study, scene.tables) if full else {}
             compared, reference, own, predicted = contact_rung(
                 source, scene, impact, tip, stored, full, runs
             )

@@ -132,7 +132,7 @@ def contact_rung(
     scene: NamedScene,
     impact: Impact,
     found: ContactIdentification,
-    stored: Mapping[str, float],
+    stored: dict[str, float],
     full: bool,
     runs: LadderRuns,
 ) -> tuple[list[Comparison], RunRecord, RunRecord, RunRecord]:
@@ -152,9 +152,7 @@ def contact_rung(
     meshed = [(load_scene(source, overrides), name) for overrides, name in settings]
     records = [runs.obtain(full_contact, finer, impact, name) for finer, name in meshed]
     sizes = [CONVERGED if mesh is None else mesh[0] for mesh in meshes]
-    share = uncertainties(sizes, records)
-    if full:
-        share |= stored
+    share = uncertainties(sizes, records) | stored
     own = runs.obtain(full_contact, meshed[-1][0], None, meshed[-1][1])
     same, predicted = (runs.obtain(reduced, scene, contact, start) for start in (impact, None))
     rows = compare_runs(3, same, records[-1], share, SAME)

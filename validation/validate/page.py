@@ -11,37 +11,23 @@ from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
-from validation.validate import headline, tables
-from validation.validate.ladder import run_tables, rungs
+from validation.validate import headline, plan, tables
+from validation.validate.ladder import rungs
 from validation.validate.ladder.ladder import (
     Ladder,
     cause_sentences,
     check_sentences,
     peak_sentences,
 )
-from validation.validate.plan import (
-    MESHES,
-    PAPER_REFERENCE,
-    PENALTIES,
-    REFINED,
-    RunName,
-    Runs,
-    first_jobs,
-)
+from validation.validate.plan import RunName, Runs
 
-PAPERS = " ".join(PAPER_REFERENCE)  # the reference whose tables also show the paper's numbers
+PAPERS = " ".join(plan.PAPER_REFERENCE)  # the reference whose tables also show the paper's numbers
 HIDDEN = ("reference_model", "scene")  # stated once above the page's table
 CAPTION = (
     "Points: each model's difference from the reference; bars: what both runs state as numerical "
     "errors (none: one states none); times are of the solve."
 )
 STEPS = " Blue: what each refined assumption adds to the paper's, one after the other."
-CAPTIONS = {
-    "stress": "von Mises stress at peak force, cut along the plane of motion",
-    "velocity": "Speed at peak force",
-    "pressure": "Contact pressure at peak force, seen from below",
-    "sequence": "The tap: von Mises stress, cut along the plane of motion, one colour scale",
-}
 RUNGS = {
     2: "Rung 2, structure: the same lumped law on both bodies",
     3: "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
@@ -61,15 +47,15 @@ TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the 
     "table_2": (tables.COLUMNS_2, "The paper's Table 2"),
     "table_3": (tables.COLUMNS_3, "The paper's Table 3"),
     "reference_checks": (
-        run_tables.CHECK_COLUMNS,
+        tables.CHECK_COLUMNS,
         "What each choice in the reference changes in its own result",
     ),
     "accuracy_cost": (
-        run_tables.COST_COLUMNS,
+        tables.COST_COLUMNS,
         "Every model against the best reference run, and its time",
     ),
     "contact_patch": (
-        run_tables.PATCH_COLUMNS,
+        tables.PATCH_COLUMNS,
         "Contact patch and pressure at peak force, beside Hertz",
     ),
 }
@@ -85,11 +71,9 @@ def table_rows(ladder: Ladder, runs: Runs) -> Rows:
         "ladder_causes": ladder.causes,
         "table_2": tables.paper_rows(runs, tables.TABLE_2),
         "table_3": tables.paper_rows(runs, tables.TABLE_3),
-        "reference_checks": [*run_tables.shaft_holes(runs), *ladder.checks],
-        "accuracy_cost": run_tables.accuracy_against_cost(
-            runs, ladder.predictions, ladder.references
-        ),
-        "contact_patch": run_tables.contact_patches(runs, ladder.references),
+        "reference_checks": [*tables.shaft_holes(runs), *ladder.checks],
+        "accuracy_cost": tables.accuracy_against_cost(runs, ladder.predictions, ladder.references),
+        "contact_patch": tables.contact_patches(runs, ladder.references),
     }
 
 
@@ -130,7 +114,7 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
         counted = [
             (title, run)
             for scene in runs.scenes
-            for variant, title in MESHES.items()
+            for variant, title in plan.MESHES.items()
             if (run := runs.find(scene, RunName("hcm", variant))) is not None
         ]
         mesh_figure(meshes, counted, runs.scenes)
@@ -143,7 +127,7 @@ def draw_fields(
     folder: Path, runs_folder: Path, runs: Runs, interactive: bool = False
 ) -> dict[str, Renders]:
     """Render the reference on every scene that it completed."""
-    result, jobs = {}, first_jobs(runs.plan)
+    result, jobs = {}, plan.first_jobs(runs.plan)
     for scene in runs.scenes:
         if scene in runs.plan.data or adapter(runs.plan.reference).kind == "reduced":
             continue  # has forces, but no fields
@@ -176,7 +160,7 @@ def page_context(
 ) -> dict[str, Any]:
     """The variables of the page's template."""
     differences = headline.differences(runs)
-    factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *PENALTIES))
+    factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *plan.PENALTIES))
     accuracy = {}
     for scene in runs.scenes:
         for label in dict.fromkeys([*(r.label for r in runs.references(scene)[:1]), PAPERS]):
@@ -196,14 +180,13 @@ def page_context(
         "read_back": read_back_note(runs),
         "figures": figures,
         "apart": apart,
-        "apart_caption": CAPTION + (STEPS if REFINED in runs.plan.models else ""),
+        "apart_caption": CAPTION + (STEPS if plan.REFINED in runs.plan.models else ""),
         "accuracy": accuracy,
         "accuracy_columns": [c for c in tables.ACCURACY_COLUMNS if c not in HIDDEN],
         "efficiency": rows["efficiency"],
         "efficiency_columns": [c for c in tables.EFFICIENCY_COLUMNS if c != "processor"],
         "render_problems": [f"{s}: {r.problem}" for s, r in renders.items() if r.problem],
         "renders": renders,
-        "captions": CAPTIONS,
         "provenance": provenance({}),
     }
 

@@ -1,8 +1,11 @@
-"""The page's tables of accuracy and efficiency, with sources, and the paper's Tables 2 and 3.
+"""Rows of the tables of runs: accuracy and efficiency, with sources, the paper's Tables 2 and 3,
+the reference against itself, accuracy against cost, the patch beside Hertz's.
 
 The preset ls-dyna-like stands in for the paper's reference, LS-DYNA on a 4-core laptop of 2016.
 """
 
+import math
+import tomllib
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -11,9 +14,12 @@ from validation.compare.claims import Claim, find
 from validation.compare.differences import difference, error_percent, spread
 from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
-from validation.harness.quantities import COMPARED, quantities, quantity
+from validation.harness.quantities import COMPARED, OF_A_TAP, quantities, quantity
 from validation.harness.record import RunRecord
-from validation.validate.plan import PAPER_REDUCED, PAPER_REFERENCE, RunName, Runs
+from validation.models import solid_inputs
+from validation.scenes.load import validate
+from validation.validate import plan
+from validation.validate.plan import RunName, Runs
 
 SELF = "self"  # computed by the model under validation
 OTHER_MODEL = "other model"  # computed by the independent model
@@ -46,6 +52,17 @@ _COMMON = ("scene", "quantity", "unit", "hcm", "hcm_paper", "reference", "refere
 COLUMNS_2 = (*_COMMON, "error_percent", "error_percent_paper")
 COLUMNS_3 = (*_COMMON, "reference_over_hcm", "reference_over_hcm_paper")
 
+STAND_INS = {plan.PAPER_REDUCED: "hcm", plan.PAPER_REFERENCE: "reference"}  # for the paper's
+RUN_LABELS = {plan.PAPER_REDUCED: "hcm, the paper's k"}
+PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP, from another run
+CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
+                 "contact_time_percent")  # fmt: skip
+COST_COLUMNS = ("scene", "model", "wall_time_s", "peak_N", *PERCENT)
+# At the largest sampled force: radius of the circle of that area, largest nodal pressure.
+PATCH_COLUMNS = ("scene", "model", "force_N", "radius_um", "hertz_radius_um", "pressure_MPa",
+                 "hertz_pressure_MPa")  # fmt: skip
+Row = dict[str, Any]  # by the names of its table's columns; None where a run has no such number
+
 
 def printed(scene: str, key: str) -> dict[str, Claim]:
     """The paper's claims on a quantity: of ``hcm``, of the ``reference``, and of the ``error``."""
@@ -60,14 +77,14 @@ def accuracy_rows(
     references: list[RunRecord],
     spread_over: list[RunRecord],
     tolerances: Mapping[str, float] = MappingProxyType({}),
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Rows of one scene: every compared quantity against every completed reference.
 
     spread_over : three-dimensional runs over meshes and penalty factors, whose spread is quoted
         beside every three-dimensional number
     tolerances : largest difference by a quantity's key, percent.
     """
-    rows: list[dict[str, Any]] = []
+    rows: list[Row] = []
     for reference in references:
         common = {
             "scene": reduced.scene,
@@ -93,7 +110,7 @@ def accuracy_rows(
     return rows
 
 
-def all_accuracy_rows(runs: Runs) -> list[dict[str, Any]]:
+def all_accuracy_rows(runs: Runs) -> list[Row]:
     """Rows of all comparisons of all scenes."""
     return [
         row
@@ -103,10 +120,10 @@ def all_accuracy_rows(runs: Runs) -> list[dict[str, Any]]:
     ]
 
 
-def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str, Any]:
+def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> Row:
     """Table 2's numbers for the two runs that stand in for the paper's; empty for others."""
     pair = (reduced.model, reduced.variant, reference.model, reference.variant)
-    if key not in TABLE_2 or pair != (*PAPER_REDUCED, *PAPER_REFERENCE):
+    if key not in TABLE_2 or pair != (*plan.PAPER_REDUCED, *plan.PAPER_REFERENCE):
         return {}
     claims = printed(reference.scene, key)
     if not claims:
@@ -118,8 +135,8 @@ def _of_table_2(key: str, reduced: RunRecord, reference: RunRecord) -> dict[str,
 
 
 def efficiency_rows(
-    runs: Sequence[RunRecord], models: Sequence[str] = (PAPER_REDUCED.model,)
-) -> list[dict[str, Any]]:
+    runs: Sequence[RunRecord], models: Sequence[str] = (plan.PAPER_REDUCED.model,)
+) -> list[Row]:
     """One row per run, each measured alone in a fresh process with its compiled code warm.
 
     models : the compared ones; all others are references.
@@ -139,9 +156,9 @@ def efficiency_rows(
     ]
 
 
-def _of_table_3(run: RunRecord) -> dict[str, Any]:
+def _of_table_3(run: RunRecord) -> Row:
     """Table 3's numbers for a run that stands in for one of the paper's; empty for others."""
-    who = {PAPER_REDUCED: "hcm", PAPER_REFERENCE: "reference"}.get(RunName(run.model, run.variant))
+    who = STAND_INS.get(RunName(run.model, run.variant))
     if who is None:
         return {}
     time, memory = (printed(run.scene, key).get(who) for key in TABLE_3)
@@ -154,14 +171,11 @@ def _of_table_3(run: RunRecord) -> dict[str, Any]:
     }
 
 
-def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
+def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[Row]:
     """Rows of Table 2 or 3, for `names`; the paper's error is a magnitude, ours is signed."""
     rows = []
     for scene in runs.scenes:
-        ran = {
-            "hcm": runs.find(scene, PAPER_REDUCED),
-            "reference": runs.find(scene, PAPER_REFERENCE),
-        }
+        ran = {who: runs.find(scene, which) for which, who in STAND_INS.items()}
         for key in names:
             entry = quantity(key)
             ours = {who: None if run is None else entry.read(run) for who, run in ran.items()}
@@ -186,3 +200,104 @@ def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[dict[str, Any]]:
 def _ratio(values: Mapping[str, float | None]) -> float | None:
     reference, reduced = values.get("reference"), values.get("hcm")
     return reference / reduced if reference and reduced else None
+
+
+def _percent(run: RunRecord, base: RunRecord) -> Row:
+    """How far a run's peak, impulse and duration are from another's, percent."""
+    shares = (error_percent(entry.read(run), entry.read(base)) for entry in OF_A_TAP)
+    return dict(zip(PERCENT, shares, strict=True))
+
+
+def check_row(change: str, mesh: str, as_it_is: RunRecord, changed: RunRecord) -> Row:
+    """A row on the effect of one of the reference's choices on its own results, on one mesh."""
+    peak, arrival = OF_A_TAP[0], quantity("contact_time_s")
+    later = error_percent(arrival.read(changed), arrival.read(as_it_is))
+    return {
+        "scene": as_it_is.scene,
+        "change": change,
+        "mesh": mesh,
+        "peak_N": peak.read(as_it_is),
+        "changed_peak_N": peak.read(changed),
+        **_percent(changed, as_it_is),
+        "contact_time_percent": later,
+    }
+
+
+def shaft_holes(runs: Runs) -> list[Row]:
+    """Rows that compare joints at shaft holes' surfaces, as in the paper, with plain hinges."""
+    rows = []
+    for scene in runs.scenes:
+        plain, holed = runs.find(scene, plan.PAPER_REFERENCE), runs.find(scene, plan.HOLES)
+        if plain is not None and holed is not None:
+            change = "shaft holes instead of plain hinges"
+            rows.append(check_row(change, plan.PAPER_REFERENCE.variant, plain, holed))
+    return rows
+
+
+def accuracy_against_cost(
+    runs: Runs, predictions: Sequence[RunRecord], best: Sequence[RunRecord]
+) -> list[Row]:
+    """Rows of all models on every scene with a best run of the reference, cheapest first.
+
+    predictions : the reduced model's runs with identified k and eta^2.
+    best : rung 3's finest reference runs, from their own flight.
+    """
+    rows, solids = [], (plan.PLANE, plan.FAST, plan.PAPER_REFERENCE, plan.DEFAULT_REFERENCE)
+    for reference in best:
+        scene = reference.scene
+        several = [
+            (RUN_LABELS.get(which, " ".join(which)), run)
+            for which in (plan.PAPER_REDUCED, *solids)
+            if (run := runs.find(scene, which)) is not None
+        ]
+        several += [("hcm, identified k", run) for run in predictions if run.scene == scene]
+        several.append((f"fem3d {reference.variant}", reference))
+        found = [
+            {
+                "scene": scene,
+                "model": name,
+                "wall_time_s": run.value("wall_time_s"),
+                "peak_N": run.value("peak_normal_force_N"),
+                **_percent(run, reference),
+            }
+            for name, run in several
+        ]
+        rows += sorted(found, key=lambda row: row["wall_time_s"] or 0.0)
+    return rows
+
+
+def contact_patch(run: RunRecord) -> Row | None:
+    """A row on a run's contact patch at its peak force; None if the run has no pressure.
+
+    Beside it Hertz's sphere on a rigid plane at the same force: p_0 = 3 F/(2π a²) (Johnson, Contact
+    Mechanics, eq. 4.24).
+    """
+    from reference_fem.hertz import hertz_contact_radius
+
+    history = run.history
+    if not {"contact_area_m2", "peak_pressure_Pa", "normal_force_N"} <= history.keys():
+        return None
+    top = int(history["normal_force_N"].argmax())
+    force, area = (float(history[k][top]) for k in ("normal_force_N", "contact_area_m2"))
+    tables = validate(tomllib.loads(run.provenance["scene_toml"]), run.scene)
+    materials = solid_inputs.solid_parts(tables).materials
+    hertz = hertz_contact_radius(materials[-1], tables.tip_radius, force)
+    return {
+        "scene": run.scene,
+        "model": run.label,
+        "force_N": force,
+        "radius_um": 1e6 * math.sqrt(area / math.pi),
+        "hertz_radius_um": 1e6 * hertz,
+        "pressure_MPa": 1e-6 * float(history["peak_pressure_Pa"][top]),
+        "hertz_pressure_MPa": 1e-6 * 1.5 * force / (math.pi * hertz**2) if hertz else 0.0,
+    }
+
+
+def contact_patches(runs: Runs, best: Sequence[RunRecord]) -> list[Row]:
+    """Rows on the contact patches of the 3D presets and of rung 3's finest run, by scene."""
+    rows = []
+    for scene in runs.scenes:
+        several = runs.find_all(scene, (plan.FAST, plan.PAPER_REFERENCE, plan.DEFAULT_REFERENCE))
+        several += [run for run in best if run.scene == scene]
+        rows += [found for run in several if (found := contact_patch(run)) is not None]
+    return rows

@@ -17,19 +17,13 @@ from validation.models.inputs import scene_inputs
 from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
-from validation.validate.ladder import run_tables
 from validation.validate.ladder.ladder import (
     Ladder,
     cause_sentences,
     check_sentences,
     compute_ladder,
-    peak_sentences,
-)
-from validation.validate.ladder.run_tables import (
-    accuracy_against_cost,
-    contact_patches,
     explicit_flight,
-    shaft_holes,
+    peak_sentences,
 )
 from validation.validate.ladder.rungs import (
     CONTACT,
@@ -51,7 +45,14 @@ from validation.validate.ladder.runs import (
 )
 from validation.validate.page import ladder_context, table_rows, write_tables
 from validation.validate.plan import Runs, paper_jobs
-from validation.validate.tables import TABLE_2, TABLE_3, paper_rows
+from validation.validate.tables import (
+    TABLE_2,
+    TABLE_3,
+    accuracy_against_cost,
+    contact_patches,
+    paper_rows,
+    shaft_holes,
+)
 
 
 def test_impact_state_is_the_reduced_models_own() -> None:
@@ -228,7 +229,7 @@ def test_whole_event_is_compared_with_the_rigid_start(
         asked.append(scene.tables.solver.fem.flight)
         return make_record(scene.name, "fem3d", variant, peak=100.0 - 0.02 * (len(asked) - 1))
 
-    monkeypatch.setattr(run_tables, "full_contact", contact)
+    monkeypatch.setattr(ladder_module, "full_contact", contact)
     row = explicit_flight("soft", LadderRuns())
     assert asked == [None, "explicit"]
     assert row["change"] == "whole event by 3,000 explicit steps instead of a rigid flight"

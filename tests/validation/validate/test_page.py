@@ -27,10 +27,9 @@ from validation.validate.headline import (
     sentences,
 )
 from validation.validate.ladder.ladder import Ladder
-from validation.validate.ladder.run_tables import CHECK_COLUMNS
 from validation.validate.ladder.rungs import CAUSE_COLUMNS, SAME, Comparison
 from validation.validate.plan import Plan, Runs, paper_jobs, validation_jobs
-from validation.validate.tables import efficiency_rows
+from validation.validate.tables import CHECK_COLUMNS, efficiency_rows
 
 NO_LADDER = Ladder(False)
 PEAKS = {"hcm": 60.0, "ls-dyna-like": 75.0, "fast": 80.0, "contact": 80.0, "fem2d": 50.0}

@@ -19,7 +19,6 @@ from validation.identify.contact import MESHES, ContactIdentification, identify_
 from validation.models.impact import impact_of
 from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene, load_scene, scene_name
-from validation.validate.ladder.run_tables import Row, explicit_flight
 from validation.validate.ladder.rungs import (
     OWN,
     SAME,
@@ -29,7 +28,9 @@ from validation.validate.ladder.rungs import (
     name_of,
     structure_rung,
 )
-from validation.validate.ladder.runs import LadderRuns
+from validation.validate.ladder.runs import LadderRuns, full_contact
+from validation.validate.plan import NO_FEM_ACCURACY
+from validation.validate.tables import Row, check_row
 
 EXPLICIT_FLIGHT = "soft"  # scene whose fall is also run in explicit steps, larger than hard's
 
@@ -67,6 +68,16 @@ def identify(
         inputs, ContactIdentification, lambda: identify_contact(scene, refinements)
     )
     return replace(found, scene=scene.name)
+
+
+def explicit_flight(source: str, runs: LadderRuns) -> Row:
+    """A row that compares a fall in explicit steps with the start from a rigid flight."""
+    fast = "solver.fem.preset=fast", NO_FEM_ACCURACY
+    rigid = runs.obtain(full_contact, load_scene(source, fast), None, "fast")
+    scene = load_scene(source, (*fast, "solver.fem.flight=explicit"))
+    whole = runs.obtain(full_contact, scene, None, "fast, explicit flight")
+    change = f"whole event by {whole.value('steps') or 0:,.0f} explicit steps"
+    return check_row(f"{change} instead of a rigid flight", "fast", rigid, whole)
 
 
 def compute_ladder(

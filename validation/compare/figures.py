@@ -11,7 +11,7 @@ from validation.compare.force_curves import FORCES, contact_curve, first_tap
 from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.record import RunRecord
 
-Draw = Callable[[Any, str], None]
+Line = tuple[RunRecord, str, tuple[str, str, float]]  # a run, its label, colour, style and width
 # File names may contain dollar signs.
 AS_WRITTEN = {"text.parse_math": False}
 LOOKS = {  # colour, style and width of each line in the overlay, by label
@@ -32,30 +32,46 @@ def usable(run: RunRecord) -> bool:
     return run.value("contact_time_s") is not None and "normal_force_N" in run.contact_forces
 
 
-def _limit(axis: Any, runs: Sequence[RunRecord]) -> tuple[float, float]:
-    """Limit the axis to a little more than the longest first tap; returns its ends t - t_c, s."""
+def _draw_forces(axis: Any, lines: Sequence[Line], band: Sequence[RunRecord]) -> None:
+    """Draw both forces over t - t_c, up to a little more than the longest first tap: of every run
+    at every step, and the range of those of a band.
+    """
+    runs = [*(run for run, _, _ in lines), *band]
     longest = max((run.value("contact_duration_s") or 0.0 for run in runs), default=0.0) or 1e-3
     start, end = -0.04 * longest, 1.12 * longest
     axis.set_xlim(1e3 * start, 1e3 * end)
-    return start, end
+    if len(band) > 1:
+        time, label = np.linspace(start, end, BAND), f"3D: {len(band)} meshes and penalties"
+        for force, title in zip(FORCES, (label, None), strict=True):
+            curves = [contact_curve(run, force, time) for run in band]
+            lowest, highest = np.min(curves, axis=0), np.max(curves, axis=0)
+            axis.fill_between(
+                1e3 * time, lowest, highest, color=ORANGE, alpha=0.15, lw=0, label=title
+            )
+    for run, label, (color, style, width) in lines:
+        time = 1e3 * (run.contact_forces["time_s"] - (run.value("contact_time_s") or 0.0))
+        for force, title in zip(FORCES, (label, None), strict=True):
+            axis.plot(
+                time, run.contact_forces[force], style, color=color, linewidth=width, label=title
+            )
 
 
-def _plot_run(axis: Any, run: RunRecord, label: str, look: tuple[str, str, float]) -> None:
-    """Plot both forces at every step over t - t_c."""
-    color, line, width = look
-    time = 1e3 * (run.contact_forces["time_s"] - (run.value("contact_time_s") or 0.0))
-    for force, title in zip(FORCES, (label, None), strict=True):
-        axis.plot(time, run.contact_forces[force], line, color=color, linewidth=width, label=title)
-
-
-def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = None) -> None:
+def _panels(
+    path: Path,
+    scenes: Sequence[str],
+    lines: Sequence[Line],
+    spread_over: Sequence[RunRecord] = (),
+    below: Callable[[Any, str], None] | None = None,
+) -> None:
     """Draw one panel per scene, side by side, and a second one under each if `below` is given."""
     shape: dict[str, Any] = {"figsize": (4.1 * len(scenes), 3.3)}
     if below is not None:
         shape = {"figsize": (4.1 * len(scenes), 4.4), "height_ratios": (3, 1), "sharex": "col"}
     with panels(path, len(scenes), 1 if below is None else 2, style=AS_WRITTEN, **shape) as axes:
         for axis, scene in zip(axes[0], scenes, strict=True):
-            draw(axis, scene)
+            drawn = [line for line in lines if line[0].scene == scene and usable(line[0])]
+            band = [run for run in spread_over if run.scene == scene and usable(run)]
+            _draw_forces(axis, drawn, band)
             axis.axhline(0, color=BLACK, linewidth=0.6)
             axis.set(title=f"{scene} finger", ylabel="contact force (N)")
             axis.annotate("$F_n$", (0.02, 0.93), xycoords="axes fraction", parse_math=True)
@@ -65,14 +81,15 @@ def _panels(path: Path, scenes: Sequence[str], draw: Draw, below: Draw | None = 
                 below(axis, scene)
         for axis in axes[-1]:
             axis.set_xlabel(r"$t - t_c$ (ms)", parse_math=True)
-        lines: dict[str, Any] = {}
+        named: dict[str, Any] = {}
         for axis in axes[0]:  # a run may be missing on one scene only
             for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-                lines.setdefault(label, handle)
-        if lines:
-            named = list(lines.values()), list(lines)
+                named.setdefault(label, handle)
+        if named:
             columns = min(4, 2 * len(scenes))
-            axes[0][0].figure.legend(*named, loc="outside lower center", ncols=columns)
+            axes[0][0].figure.legend(
+                list(named.values()), list(named), loc="outside lower center", ncols=columns
+            )
 
 
 def assumption_bars(
@@ -150,14 +167,11 @@ def _percent(one: Difference) -> float:
 def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:
     """Fig. 7: the reduced model with different numbers of elements, a labelled line for each."""
     looks = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
-
-    def draw(axis: Any, scene: str) -> None:
-        drawn = [(label, run) for label, run in runs if run.scene == scene and usable(run)]
-        for (label, run), look in zip(drawn, looks, strict=False):
-            _plot_run(axis, run, label, look)
-        _limit(axis, [run for _, run in drawn])
-
-    _panels(path, scenes, draw)
+    lines: list[Line] = []
+    for scene in scenes:
+        drawn = [(run, label) for label, run in runs if run.scene == scene and usable(run)]
+        lines += [(*line, look) for line, look in zip(drawn, looks, strict=False)]
+    _panels(path, scenes, lines)
 
 
 def overlay_figure(
@@ -185,21 +199,5 @@ def overlay_figure(
         axis.axhline(0, color=BLACK, linewidth=0.6)
         axis.set_ylabel(r"$\Delta F_n$ (% of peak)", parse_math=True)
 
-    def draw(axis: Any, scene: str) -> None:
-        drawn = [run for run in runs if run.scene == scene and usable(run)]
-        band = [run for run in spread_over if run.scene == scene and usable(run)]
-        start, end = _limit(axis, [*drawn, *band])
-        if len(band) > 1:
-            time = np.linspace(start, end, BAND)
-            for force, label in zip(
-                FORCES, (f"3D: {len(band)} meshes and penalties", None), strict=True
-            ):
-                curves = [contact_curve(run, force, time) for run in band]
-                lowest, highest = np.min(curves, axis=0), np.max(curves, axis=0)
-                axis.fill_between(
-                    1e3 * time, lowest, highest, color=ORANGE, alpha=0.15, lw=0, label=label
-                )
-        for run in drawn:
-            _plot_run(axis, run, run.label, LOOKS.get(run.label, OTHER_LOOK))
-
-    _panels(path, scenes, draw, residuals if compared else None)
+    lines = [(run, run.label, LOOKS.get(run.label, OTHER_LOOK)) for run in runs]
+    _panels(path, scenes, lines, spread_over, residuals if compared else None)

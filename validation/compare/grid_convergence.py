@@ -114,13 +114,12 @@ def convergence(
         asymptotic = _is_near(before, formal_order) and abs(guess - limit) <= band * abs(
             values[-2]
         ) + index * abs(finest)
-    if not asymptotic and len(sizes) > 3:
-        fit = _fitted(sizes, values, formal_order)
-        if fit is not None:
-            return Convergence(True, *fit, finest, spread, fitted=True)
-    if not asymptotic:
+    if asymptotic:
+        return Convergence(True, order, limit, index, finest, spread)
+    fit = _fitted(sizes, values, formal_order) if len(sizes) > 3 else None
+    if fit is None:
         return Convergence(False, order, finest, spread, finest, spread)
-    return Convergence(True, order, limit, index, finest, spread)
+    return Convergence(True, *fit, finest, spread, fitted=True)
 
 
 def _is_near(order: float | None, formal_order: float) -> bool:

@@ -66,9 +66,10 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     """
 
     def sizes(shaft: float, tip: float) -> dict[str, float | str]:
-        return mesh_sizes(scale, shaft, tip * TIP * patch, GROWTH**tip, EVEN * patch)
+        alone = {PRESET_KEY: "contact", **NO_ACCURACY, "solver.fem.contact": "impulse"}
+        own = mesh_sizes(scale, shaft, tip * TIP * patch, GROWTH**tip, EVEN * patch)
+        return {**alone, **own}
 
-    alone: LevelKeys = {PRESET_KEY: "contact", **NO_ACCURACY, "solver.fem.contact": "impulse"}
     # Size of the tip where something else is refined.
     for_shaft, for_penalty, for_step = (2.0 * ROOT,) * 3 if quick else (ROOT, 2.0, 2.0)
     # On edges above 0.4 of the patch's radius the peak scatters by 2 % and shows no trend.
@@ -76,27 +77,19 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     shafts = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
     factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
     steps = (0.9, 0.45, 0.225)
-
-    def levels(overrides: Mapping[float, LevelKeys]) -> Mapping[float, LevelKeys]:
-        return {size: {**alone, **keys} for size, keys in overrides.items()}
-
     surface: dict[str, float | str] = {"solver.fem.contact": "surface"}
     tip = {1e3 * t * TIP * patch: sizes(2.0, t) for t in tips}
+    pressed = {size: {**keys, **surface} for size, keys in tip.items()}
     shaft = {1e3 * scale * SECTION * s: sizes(s, for_shaft) for s in shafts}
     pressure = {**sizes(2.0, for_penalty), **surface}
     penalty = {1.0 / f: {**pressure, "solver.fem.surface_factor": f} for f in factors}
     step = {s: {**sizes(2.0, for_step), "solver.fem.step_factor": s} for s in steps}
     return (
-        Refinement(TIP_MESH, "edge at the contact, mm", 2.0, levels(tip)),
-        Refinement(
-            TIP_PRESSED,
-            "edge at the contact, mm",
-            2.0,
-            levels({size: {**keys, **surface} for size, keys in tip.items()}),
-        ),
-        Refinement(PENALTY, "1 / penalty factor", 1.0, levels(penalty)),
-        Refinement(SHAFT_MESH, "edge of the section, mm", 2.0, levels(shaft)),
-        Refinement("step", "step over stable step", 2.0, levels(step)),
+        Refinement(TIP_MESH, "edge at the contact, mm", 2.0, tip),
+        Refinement(TIP_PRESSED, "edge at the contact, mm", 2.0, pressed),
+        Refinement(PENALTY, "1 / penalty factor", 1.0, penalty),
+        Refinement(SHAFT_MESH, "edge of the section, mm", 2.0, shaft),
+        Refinement("step", "step over stable step", 2.0, step),
     )
 
 

@@ -85,18 +85,15 @@ def write_interactive(
     figure.update_layout(
         title={"text": title, "font": {"size": 15}},
         template="plotly_white",
-        font={"color": BLACK},
-        scene={
-            "aspectmode": "data",
-            "domain": {"x": [0, 1], "y": [0.4, 1]},
-            "camera": {"up": {"x": 0, "y": 1, "z": 0}, "eye": {"x": 0, "y": 0.4, "z": 4}},
-            **{f"{axis}axis": {"title": {"text": f"{axis.upper()} (mm)"}} for axis in "xy"},
-            "zaxis": {"title": {"text": ""}, "showticklabels": False},
-        },
-        xaxis={
-            "title": {"text": "t - t<sub>c</sub> (ms)"},
-            "range": [1e3 * steps[0][0], 1e3 * steps[-1][0]],
-        },
+        font_color=BLACK,
+        scene_aspectmode="data",
+        scene_domain={"x": [0, 1], "y": [0.4, 1]},
+        scene_camera={"up": {"x": 0, "y": 1, "z": 0}, "eye": {"x": 0, "y": 0.4, "z": 4}},
+        scene_xaxis_title_text="X (mm)",
+        scene_yaxis_title_text="Y (mm)",
+        scene_zaxis={"title": {"text": ""}, "showticklabels": False},
+        xaxis_title_text="t - t<sub>c</sub> (ms)",
+        xaxis_range=[1e3 * steps[0][0], 1e3 * steps[-1][0]],
         yaxis={"domain": [0, 0.32], "title": {"text": "F_n, dotted F_t (N)"}},
         legend={"orientation": "h", "y": 0.33, "yanchor": "bottom"},
         sliders=[

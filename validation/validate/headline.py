@@ -44,10 +44,10 @@ def labels(runs: Runs, scene: str) -> dict[str, str]:
     found = {model: runs.of_model(scene, model) for model in runs.plan.models}
     named = {}
     for model, run in (found | {"": runs.reference(scene)}).items():
-        time = None if run is None else run.value("wall_time_s")
-        if time is not None:
+        cost = ""
+        if run is not None and (time := run.value("wall_time_s")) is not None:
             time = float(f"{time:.2g}")
-        cost = "" if time is None else f", {time:g} s" if time >= 1 else f", {1e3 * time:g} ms"
+            cost = f", {time:g} s" if time >= 1 else f", {1e3 * time:g} ms"
         named[model] = (model or (run.label if run else "")) + cost
     return named
 
@@ -76,23 +76,19 @@ def sentences(rows: list[Difference]) -> list[str]:
     for row in rows:
         if row.quantity != OF_A_TAP[0]:
             continue
-        whose = MODEL_NAMES.get(row.model, row.model)
-        if row.error_percent is None or row.verdict is None:
+        finger, whose = f"{opening(row.scene)} finger", MODEL_NAMES.get(row.model, row.model)
+        error, verdict = row.error_percent, row.verdict
+        if error is None or verdict is None:
             without = row.model if row.reduced is None else f"the reference of {row.model}"
-            missing = f"no comparison, {without} failed or touched nothing"
-            result.append(f"{opening(row.scene)} finger: {missing}.")
+            result.append(f"{finger}: no comparison, {without} failed or touched nothing.")
             continue
-        side = "above" if row.error_percent > 0 else "below"
-        apart = f"{abs(row.error_percent):.1f} % {side}"
+        apart = f"{abs(error):.1f} % {'above' if error > 0 else 'below'}"
         if apart.startswith("0.0 "):
             apart = "within 0.05 % of"
-        text = f"{opening(row.scene)} finger: {whose}'s peak force lies {apart} the reference's"
-        u = row.verdict.uncertainty
-        if u is not None:
-            text += f" (known to {two_digits(u)} %: {row.verdict.judgement})"
-        else:
-            text += " (no error is stated: not judged)"
-        result.append(text + ".")
+        known = "no error is stated: not judged"
+        if verdict.uncertainty is not None:
+            known = f"known to {two_digits(verdict.uncertainty)} %: {verdict.judgement}"
+        result.append(f"{finger}: {whose}'s peak force lies {apart} the reference's ({known}).")
     return result
 
 

@@ -17,6 +17,7 @@ from validation.models.inputs import scene_inputs
 from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
+from validation.validate.ladder import rungs
 from validation.validate.ladder.ladder import (
     Ladder,
     cause_sentences,
@@ -270,7 +271,7 @@ def test_a_scene_that_fails_is_named_and_the_others_go_on(
     def fail(scene: Any, impact: Any, full: bool, runs: LadderRuns) -> list[Comparison]:
         raise RunFailedError(f"{scene.name} broke")
 
-    monkeypatch.setattr(ladder_module, "structure_rung", fail)
+    monkeypatch.setattr(rungs, "structure_rung", fail)
     ladder = compute_ladder(("soft", "hard"), False, Path("nowhere"))
     assert ladder.failures == ["soft: soft broke", "hard: hard broke"]
     assert ladder.rows == []

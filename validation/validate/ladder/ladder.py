@@ -19,15 +19,7 @@ from validation.identify.contact import MESHES, ContactIdentification, identify_
 from validation.models.impact import impact_of
 from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene, load_scene, scene_name
-from validation.validate.ladder.rungs import (
-    OWN,
-    SAME,
-    Comparison,
-    causes,
-    contact_rung,
-    name_of,
-    structure_rung,
-)
+from validation.validate.ladder import rungs
 from validation.validate.ladder.runs import LadderRuns, full_contact
 from validation.validate.plan import NO_FEM_ACCURACY
 from validation.validate.tables import Row, check_row
@@ -47,7 +39,7 @@ class Ladder:
     """
 
     full: bool
-    rows: list[Comparison] = field(default_factory=list)
+    rows: list[rungs.Comparison] = field(default_factory=list)
     causes: list[Row] = field(default_factory=list)
     identified: list[ContactIdentification] = field(default_factory=list)
     references: list[RunRecord] = field(default_factory=list)
@@ -94,18 +86,18 @@ def compute_ladder(
         try:
             scene = load_scene(source)
             impact = impact_of(scene)
-            ladder.rows.extend(structure_rung(scene, impact, full, runs))
+            ladder.rows.extend(rungs.structure_rung(scene, impact, full, runs))
             tip = identify(scene, MESHES if full else MESHES[:1], store)
             ladder.identified.append(tip)
             study = studies / f"{scene.name}-fem3d"
             stored = preset_uncertainties(study, scene.tables) if full else {}
-            compared, reference, own, predicted = contact_rung(
+            compared, reference, own, predicted = rungs.contact_rung(
                 source, scene, impact, tip, stored, full, runs
             )
             ladder.rows.extend(compared)
             ladder.references.append(own)
             ladder.predictions.append(predicted)
-            ladder.causes.extend(causes(scene, impact, tip, reference, runs))
+            ladder.causes.extend(rungs.causes(scene, impact, tip, reference, runs))
             if full and source == EXPLICIT_FLIGHT:
                 ladder.checks.append(explicit_flight(source, runs))
         except (UserError, RunFailedError) as error:
@@ -123,23 +115,20 @@ def check_sentences(checks: Sequence[Row]) -> list[str]:
     ]
 
 
-def peak_sentences(comparisons: Sequence[Comparison]) -> list[str]:
+def peak_sentences(comparisons: Sequence[rungs.Comparison]) -> list[str]:
     """Sentences on the peak force on rungs 2 and 3, worded to match the numbers."""
     entry = quantity("peak_normal_force_N")
+    same, alone = (rungs.name_of(entry, start) for start in (rungs.SAME, rungs.OWN))
     what = {
         2: "with the same lumped law the reduced model's peak force lies",
         3: "with k and eta^2 from statics it lies",
     }
     whose = {2: "the solid's", 3: "the full contact's"}
-    own = {
-        (row.rung, row.scene): row.error_percent
-        for row in comparisons
-        if row.quantity == name_of(entry, OWN)
-    }
+    own = {(row.rung, row.scene): row.error_percent for row in comparisons if row.quantity == alone}
     result = []
     for row in comparisons:
         error = row.error_percent
-        if row.quantity != name_of(entry, SAME) or error is None or row.reference is None:
+        if row.quantity != same or error is None or row.reference is None:
             continue
         band = ""
         if row.reference_uncertainty is not None:

@@ -89,12 +89,16 @@ class Adapter(Protocol):
         """
 
 
-def torques_of(tables: Scene, table: Callable[..., Any]) -> dict[str, Any]:
-    """A scene's torques as keywords of a solver's drive; over time, in the solver's own table."""
-    torques = tables.drive.torques
+def drive_of(tables: Scene, solver: Any) -> Any:
+    """A scene's drive in the form that `solver` takes, the package hcm or reference_fem."""
+    drive, torques = tables.drive, tables.drive.torques
     if isinstance(torques, TorqueTable):
-        return {"table": table(torques.time, torques.values)}
-    return {"torques": torques or ()}
+        given = {"table": solver.TorqueTable(torques.time, torques.values)}
+    else:
+        given = {"torques": torques or ()}
+    return solver.Drive(
+        **given, gravity=drive.gravity, reaction=drive.reaction, incline=tables.surface.incline
+    )
 
 
 def _members(source: object) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Kind, Outcome, Progress, to_record, torques_of
+from validation.models.adapter import Checkpoint, Outcome, Progress, drive_of, to_record
 from validation.scenes.load import NamedScene, changed_scene, load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 
@@ -49,21 +49,9 @@ def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
         return hcm.Scene(
             finger=hcm.Finger(phalanges=phalanges),
             surface=hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),
-            tip=hcm.Tip(
-                normal_stiffness=tables.tip.normal_stiffness,
-                restitution=tables.tip.restitution,
-                tangential_ratio=tables.tangential_ratio,
-                compliance_nn=tables.tip.compliance_nn,
-                compliance_nt=tables.tip.compliance_nt,
-                compliance_tt=tables.tip.compliance_tt,
-            ),
+            tip=hcm.Tip(**{**dict(tables.tip), "tangential_ratio": tables.tangential_ratio}),
             start=None if start is None else hcm.RigidStart(*start),
-            drive=hcm.Drive(
-                **torques_of(tables, hcm.TorqueTable),
-                gravity=tables.drive.gravity,
-                reaction=tables.drive.reaction,
-                incline=tables.surface.incline,
-            ),
+            drive=drive_of(tables, hcm),
             settings=hcm.Settings(**stated),
             assumptions=_assumptions(tables.solver.hcm.stated(hcm.Assumptions)),
         )
@@ -140,11 +128,8 @@ class Reduced:
 
     name: str
     overrides: tuple[str, ...] = ()
-    kind: Kind = "reduced"
-    settings: str = "hcm"
-    resumable: bool = False
-    sources: tuple[str, ...] = (__name__,)
-    independent_of: tuple[str, ...] = ("reference_fem", "meshes")
+    kind, settings, resumable = "reduced", "hcm", False
+    sources, independent_of = (__name__,), ("reference_fem", "meshes")
 
     def refusal(self, scene: NamedScene) -> str:
         """Always empty: hcm itself refuses what it can't compute, when the scene is translated."""

@@ -10,8 +10,13 @@ from typing import Any
 
 import numpy as np
 
+import reference_fem
+from reference_fem.rigid_chain import build_chain
+from reference_fem.rigid_flight import fly
+from reference_fem.touch import touch_angle
 from validation.errors import RunFailedError
-from validation.models.solid_inputs import drive_of, solver_settings, start_of
+from validation.models.adapter import drive_of
+from validation.models.solid_inputs import solver_settings, start_of
 from validation.scenes.load import NamedScene
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
@@ -41,12 +46,8 @@ def impact_of(scene: NamedScene) -> Impact:
 
     Raises RunFailedError: the surface is not reached.
     """
-    from reference_fem.rigid_chain import ChainState, build_chain
-    from reference_fem.rigid_flight import fly
-    from reference_fem.touch import touch_angle
-
     tables = scene.tables
-    count, drive = tables.finger.phalanges, drive_of(tables)
+    count, drive = tables.finger.phalanges, drive_of(tables, reference_fem)
     lengths = np.array(tables.per_phalanx(tables.finger.length))
     diameters = np.array(tables.per_phalanx(tables.finger.diameter))
     mass = np.array(tables.per_phalanx(tables.material.density)) * 0.25 * np.pi * diameters**2
@@ -64,7 +65,7 @@ def impact_of(scene: NamedScene) -> Impact:
         drive.gravity_vector,
     )
     height = tables.surface.height
-    first = start_of(tables) or ChainState(np.zeros(count), np.zeros(count), 0.0)
+    first = start_of(tables) or reference_fem.ChainState(np.zeros(count), np.zeros(count), 0.0)
 
     def gap(angles: Any) -> float:
         return height - float(lengths @ np.sin(angles))
@@ -89,8 +90,6 @@ def impact_of(scene: NamedScene) -> Impact:
     )
 
 
-def chain_state(impact: Impact) -> Any:
+def chain_state(impact: Impact) -> reference_fem.ChainState:
     """The state in the form that the reference takes."""
-    import reference_fem
-
     return reference_fem.ChainState(np.array(impact.angles), np.array(impact.rates), impact.time_s)

@@ -8,6 +8,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
+import meshes
+import reference_fem
 from validation.errors import UserError
 from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
@@ -46,8 +48,6 @@ def solved_within(
     errors are raised where a coarser run lies outside both stated errors (`_overlapping`). Doubts
     about the tap's end (`reference_fem.other_ends`) are no reason for another mesh.
     """
-    import reference_fem
-
     wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
     if wanted is None:
         return solve(scene)
@@ -166,9 +166,6 @@ def accuracy_record(
 
     sizing : None for a mesh file. solved : the reference's settings and materials
     """
-    import meshes
-    import reference_fem
-
     accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
     if accuracy is None:
         return {}
@@ -208,11 +205,9 @@ def accuracy_record(
 
 def largest_share(errors: Mapping[str, Any], record: RunRecord) -> float | None:
     """Largest relative error of the numbers that an accuracy applies to; None if one is unknown."""
-    from reference_fem import ACCURACY_QUANTITIES
-
     shares = [
         errors[name] / abs(record.summary[name])
-        for name in ACCURACY_QUANTITIES
+        for name in reference_fem.ACCURACY_QUANTITIES
         if name in errors and record.summary[name]
     ]
-    return max(shares) if len(shares) == len(ACCURACY_QUANTITIES) else None
+    return max(shares) if len(shares) == len(reference_fem.ACCURACY_QUANTITIES) else None

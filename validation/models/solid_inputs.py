@@ -1,8 +1,13 @@
 """The solid models' inputs from a scene's tables: geometry, materials, drive, start, settings."""
 
-from typing import Any, Literal, NamedTuple
+from pathlib import Path
+from typing import Literal, NamedTuple
 
-from validation.models.adapter import torques_of
+import numpy as np
+
+import meshes
+import reference_fem
+from validation.models.adapter import drive_of
 from validation.scenes.scene import Scene
 
 Dimension = Literal[2, 3]
@@ -21,10 +26,10 @@ NEEDED = {
 class SolidParts(NamedTuple):
     """The reference's inputs beside its mesh; materials : one a phalanx."""
 
-    materials: Any
-    surface: Any
-    drive: Any
-    settings: Any
+    materials: tuple[reference_fem.Material, ...]
+    surface: reference_fem.Surface
+    drive: reference_fem.Drive
+    settings: reference_fem.Settings
 
 
 def solid_parts(tables: Scene) -> SolidParts:
@@ -32,8 +37,6 @@ def solid_parts(tables: Scene) -> SolidParts:
 
     Raises ValueError: as `solver_settings`, or the reference refuses a value.
     """
-    import reference_fem
-
     material = tables.material
     elastic = material.youngs_modulus, material.poisson_ratio, material.density
     materials = tuple(
@@ -41,25 +44,21 @@ def solid_parts(tables: Scene) -> SolidParts:
         for properties in tables.rows(*elastic, material.relaxation_time)
     )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
-    return SolidParts(materials, surface, drive_of(tables), solver_settings(tables))
+    return SolidParts(materials, surface, drive_of(tables, reference_fem), solver_settings(tables))
 
 
-def finger_geometry(tables: Scene) -> Any:
+def finger_geometry(tables: Scene) -> meshes.FingerGeometry:
     """Geometry of the scene's finger, for meshes and the check of mesh files."""
-    import meshes
-
     diameters = tables.per_phalanx(tables.finger.diameter)
     lengths = tables.per_phalanx(tables.finger.length)
     return meshes.FingerGeometry(lengths, diameters, shaft_radius=tables.solver.fem.shaft_radius)
 
 
-def solver_settings(tables: Scene) -> Any:
+def solver_settings(tables: Scene) -> reference_fem.Settings:
     """The reference's settings: its defaults, then the preset's, then the scene's own.
 
     Raises ValueError: the scene states a number of a contact law or flight that it does not use.
     """
-    import reference_fem
-
     fem = tables.solver.fem
     preset = {"contact": CONTACT[fem.preset]} if fem.preset in CONTACT else {}
     stated = fem.stated(reference_fem.Settings)
@@ -74,25 +73,20 @@ def solver_settings(tables: Scene) -> Any:
     return settings
 
 
-def drive_of(tables: Scene) -> Any:
-    """The scene's drive in the form that the reference takes."""
-    import reference_fem
-
-    return reference_fem.Drive(
-        **torques_of(tables, reference_fem.TorqueTable),
-        gravity=tables.drive.gravity,
-        reaction=tables.drive.reaction,
-        incline=tables.surface.incline,
-    )
-
-
-def start_of(tables: Scene) -> Any:
+def start_of(tables: Scene) -> reference_fem.ChainState | None:
     """The scene's start in the form that the reference takes; None: horizontal, at rest."""
-    import numpy as np
-
-    import reference_fem
-
     if tables.start_state is None:
         return None
     angles, rates = map(np.array, tables.start_state)
     return reference_fem.ChainState(angles, rates, 0.0)
+
+
+def variant(tables: Scene) -> str:
+    """Preset or mesh file, holes for shafts, and the penalty factor where the scene changes it."""
+    fem = tables.solver.fem
+    name = fem.preset if fem.mesh is None else Path(fem.mesh).stem
+    if fem.shaft_radius is not None:
+        name += " shaft holes"
+    if fem.penalty_factor in (None, reference_fem.Settings().penalty_factor):
+        return name
+    return f"{name} penalty {fem.penalty_factor:g}"

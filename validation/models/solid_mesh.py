@@ -1,10 +1,13 @@
 """The solid models' meshes: sizes by preset, accuracy and predicted patch, and a companion."""
 
 import math
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+import meshes
+import reference_fem
+from reference_fem.accuracy import Sizes
+from reference_fem.workload import UPDATES_PER_S
 from validation.models.solid_inputs import Dimension, finger_geometry, solid_parts, start_of
 from validation.scenes.scene import Scene
 
@@ -31,10 +34,8 @@ def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
     return _mesh(tables, dimension, sizing or sizing_of(tables, dimension)[0])
 
 
-def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
+def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> meshes.FingerMesh:
     """Read a mesh file, which must fit the scene's finger."""
-    import meshes
-
     try:
         mesh = meshes.read(path)
     except meshes.MeshError as error:
@@ -50,31 +51,27 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> Any:
     return _whole(tables, replace(mesh, shape=geometry))
 
 
-def _mesh(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
-    import meshes
-
+def _mesh(tables: Scene, dimension: Dimension, sizing: meshes.Sizing) -> meshes.FingerMesh:
     geometry = finger_geometry(tables)
     if dimension == 2:
         return meshes.finger_quadrilaterals(geometry, sizing)
     return _whole(tables, meshes.finger_hexahedra(geometry, sizing))
 
 
-def _whole(tables: Scene, mesh: Any) -> Any:
+def _whole(tables: Scene, mesh: meshes.FingerMesh) -> meshes.FingerMesh:
     """The mesh, or both halves of the body where the scene asks for them in 3D."""
-    import meshes
-
     return mesh if mesh.dim == 2 or tables.solver.fem.symmetry else meshes.mirrored(mesh)
 
 
-def companion(tables: Scene, dimension: Dimension, sizing: Any) -> Any:
+def companion(
+    tables: Scene, dimension: Dimension, sizing: meshes.Sizing | None
+) -> meshes.FingerMesh | None:
     """The companion mesh of a run on `build_mesh`: see `reference_fem.estimate`.
 
     Its edges are `COARSER` times as long. If the run has at most `FEW` elements and that would
     leave more than half of them, it is finer, with 2^dimension times as many. A mesh file has no
     companion.
     """
-    import meshes
-
     if sizing is None:
         return None
     geometry = finger_geometry(tables)
@@ -100,10 +97,8 @@ def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
     return _mesh(tables, dimension, _flight_sizing(tables))
 
 
-def _flight_sizing(tables: Scene) -> Any:
+def _flight_sizing(tables: Scene) -> meshes.Sizing:
     """Even edges of `flight_size`, or `FLIGHT_EDGE` of the smallest diameter."""
-    import meshes
-
     fem, diameter = tables.solver.fem, tables.smallest_diameter
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
     axial = min(edge, *tables.per_phalanx(tables.finger.length))
@@ -120,8 +115,6 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     -------
     The sizes, and the `predicted_touch`: None if no size depends on it or there is no touch.
     """
-    import meshes
-
     fem, sizes = tables.solver.fem, sizes_of(tables)
     if fem.mesh is not None:
         return None, None
@@ -152,13 +145,11 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     return replace(base, contact_angle=touch.angle, **stated), touch
 
 
-def sizes_of(tables: Scene) -> Any:
+def sizes_of(tables: Scene) -> Sizes | None:
     """The sizes that the scene's accuracy asks for; None if no accuracy applies.
 
     Raises ValueError: the accuracy cannot be kept, or a preset is stated as well.
     """
-    import reference_fem
-
     accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
     if accuracy is None or fem.mesh is not None:
         return None
@@ -170,14 +161,14 @@ def sizes_of(tables: Scene) -> Any:
     return reference_fem.sizes_for(accuracy, tables.surface.friction)
 
 
-def materials_within(tables: Scene, touch: Any, materials: Sequence[Any]) -> Any:
+def materials_within(
+    tables: Scene, touch: reference_fem.Touch | None, materials: tuple[reference_fem.Material, ...]
+) -> tuple[reference_fem.Material, ...]:
     """The materials that the scene's accuracy asks for: see `reference_fem.accuracy`.
 
     They get a relaxation time if the tip slides with friction, unless the scene states one or asks
     for one-point elements, which have no damping. touch : the one that `sizing_of` predicts
     """
-    import reference_fem
-
     sizes, undamped = sizes_of(tables), tables.solver.fem.element == reference_fem.ONE_POINT
     stated = undamped or "relaxation_time" in tables.material.model_fields_set
     if sizes is None or stated or sizes.relaxation == 0.0 or touch is None:
@@ -191,7 +182,7 @@ def size_scale(tables: Scene) -> float:
     return tables.smallest_diameter / PRESET_DIAMETER
 
 
-def _scaled(sizing: Any, tables: Scene) -> Any:
+def _scaled(sizing: meshes.Sizing, tables: Scene) -> meshes.Sizing:
     names = ("section_size", "axial_size", "tip_size", "patch_size")
     sizes = {name: size_scale(tables) * getattr(sizing, name) for name in names}
     return replace(sizing, **sizes)
@@ -199,8 +190,6 @@ def _scaled(sizing: Any, tables: Scene) -> Any:
 
 def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     """Where and how hard the rigid finger touches; None if it never does."""
-    import reference_fem
-
     state = impact_state(tables, dimension)
     if state is None:
         return None
@@ -208,10 +197,8 @@ def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     return reference_fem.predicted_touch(*given, state, dimension)
 
 
-def rod_flight(tables: Scene, dimension: Dimension) -> Any:
-    """The `reference_fem.RodFlight`, before anything is solved."""
-    import reference_fem
-
+def rod_flight(tables: Scene, dimension: Dimension) -> reference_fem.RodFlight:
+    """A rigid flight, before anything is solved."""
     given = finger_geometry(tables), *solid_parts(tables)
     return reference_fem.rod_flight(*given, start_of(tables), dimension)
 
@@ -222,9 +209,6 @@ def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> floa
 
     A step is the time that a wave takes through half an edge.
     """
-    import meshes
-    from reference_fem.workload import UPDATES_PER_S
-
     sizing, materials = _flight_sizing(tables), solid_parts(tables).materials
     try:
         count = meshes.count_elements(finger_geometry(tables), sizing, dimension)
@@ -235,13 +219,11 @@ def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> floa
     return lasts_s / step * count / UPDATES_PER_S
 
 
-def impact_state(tables: Scene, dimension: Dimension) -> Any:
+def impact_state(tables: Scene, dimension: Dimension) -> reference_fem.ChainState | None:
     """Rigid state a little above the surface; None if it never gets there.
 
     Runs on different meshes that start from it hit the surface in the same way.
     """
-    import reference_fem
-
     materials, surface, drive, settings = solid_parts(tables)
     return reference_fem.impact_state(
         finger_geometry(tables), materials, surface, drive, CLEARANCE * tables.tip_radius,

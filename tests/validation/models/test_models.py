@@ -13,7 +13,7 @@ import hcm
 from hcm.accuracy import ACCURACY_QUANTITIES
 from tests.validation.commands import Run, call
 from validation.errors import UserError
-from validation.models import default_accuracy, solid, solid_mesh
+from validation.models import default_accuracy, solid, solid_inputs, solid_mesh
 from validation.models import hcm as hcm_adapter
 from validation.models.inputs import scene_inputs
 from validation.render.run_folder import read_steps
@@ -233,7 +233,7 @@ def test_memory_is_not_charged_for_the_parent(tmp_path: Path) -> None:
     ],
 )
 def test_variants_are_named_after_what_was_changed(overrides: list[str], name: str) -> None:
-    assert solid.variant(load_scene("soft", overrides).tables) == name
+    assert solid_inputs.variant(load_scene("soft", overrides).tables) == name
 
 
 @pytest.mark.parametrize("model", ["hcm", "fem3d", "fem2d"])

@@ -11,17 +11,11 @@ from typing import Any, Protocol
 
 from validation.harness.uncertainty import DIGITS
 
+# As in `hcm.dataset`, which is not imported: what the reference computes must not depend on hcm.
 UNITS = (  # endings of names, longest first, and the unit that they stand for
-    ("_m_per_s", "m/s"),
-    ("_N_s", "N s"),
-    ("_Pa", "Pa"),
-    ("_MB", "MB"),
-    ("_m2", "m2"),
-    ("_N", "N"),
-    ("_J", "J"),
-    ("_m", "m"),
-    ("_s", "s"),
-)
+    ("_m_per_s", "m/s"), ("_N_s", "N s"), ("_Pa", "Pa"), ("_MB", "MB"), ("_m2", "m2"),
+    ("_N", "N"), ("_J", "J"), ("_m", "m"), ("_s", "s"),
+)  # fmt: skip
 FACTORS = {"": 1.0, "m": 1e3, "u": 1e6, "n": 1e9, "M": 1e-6}  # by the units' prefixes
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,7 @@ MACHINE_SCALARS = ("wall_time_s", "peak_memory_MB")
 FORCE_COLUMNS = ("time_s", "normal_force_N", "tangential_force_N")
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(NamedTuple):
     """A located transition."""
 
     time_s: float
@@ -121,7 +120,7 @@ class RunRecord:
             status=self.status,
             message=self.message,
             summary=self.to_json(),
-            events=[[event.time_s, event.kind] for event in self.events],
+            events=self.events,
             provenance=plain(self.provenance),
         )
 

@@ -101,18 +101,9 @@ def _write_curves(path: Path, record: RunRecord) -> None:
 
 
 def _write_summary(folder: Path, record: RunRecord) -> None:
-    write_json(
-        folder / "summary.json",
-        {
-            **record.to_json(),
-            "variant": record.variant,
-            "status": record.status,
-            "message": record.message,
-            "events": [[event.time_s, event.kind] for event in record.events],
-            "statistics": record.statistics,
-            "provenance": record.provenance,
-        },
-    )
+    further = ("variant", "status", "message", "events", "statistics", "provenance")
+    values = {name: getattr(record, name) for name in further}
+    write_json(folder / "summary.json", record.to_json() | values)
 
 
 def _three(vectors: NDArray[Any]) -> NDArray[Any]:

@@ -27,7 +27,6 @@ RECORD, HISTORY, FORCES, FIELDS = "record.json", "history.npz", "forces.npz", "f
 def _json(record: RunRecord) -> str:
     elsewhere = ("history", "forces", "read_back")
     values = {name: value for name, value in vars(record).items() if name not in elsewhere}
-    values["events"] = [[event.time_s, event.kind] for event in record.events]
     # in JSON infinity is null: what was not estimated is left out instead
     values["accuracy"] = {k: v for k, v in record.accuracy.items() if v is not None}
     return json.dumps(plain(values), allow_nan=False)

@@ -106,8 +106,7 @@ class Workers:
             ) from error
         if not done:
             raise answer
-        result: R = answer
-        return result
+        return answer
 
     def _start(self) -> Connection:
         """Start the process of the calling thread; return its pipe."""

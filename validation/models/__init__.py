@@ -48,7 +48,7 @@ def adapter(name: str, option: str = "--model") -> Adapter:
             f"{option} {name!r}: unknown; {hint}installed models are {', '.join(_entry_points())}"
         )
     try:
-        found = entry_point.load()
+        found: Adapter = entry_point.load()
     except Exception as error:  # anything may go wrong in the import of another package
         raise RunFailedError(
             f"model {name} ({entry_point.value}): cannot be loaded: {type(error).__name__}: {error}"
@@ -57,8 +57,7 @@ def adapter(name: str, option: str = "--model") -> Adapter:
     if missing or found.name != name:
         what = f"lacks {', '.join(missing)}" if missing else f"calls itself {found.name!r}"
         raise RunFailedError(f"model {name} ({entry_point.value}): is not an adapter: it {what}")
-    model: Adapter = found
-    return model
+    return found
 
 
 def estimate_override(model: str, estimate: bool = False) -> tuple[str, ...]:

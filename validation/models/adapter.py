@@ -69,7 +69,9 @@ class Adapter(Protocol):
     independent_of: tuple[str, ...]
 
     def refusal(self, scene: NamedScene) -> str:
-        """Why it can't take this scene, with the remedy; empty if it can."""
+        """Why it can't take this scene, with the remedy; empty if it can, as it is by default."""
+        del scene
+        return ""
 
     def warm_up(self) -> None:
         """Run a tiny scene, so that compiled code is loaded before anything is timed."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.models.adapter import Checkpoint, Outcome, Progress, drive_of, to_record
+from validation.models.adapter import Adapter, Checkpoint, Outcome, Progress, drive_of, to_record
 from validation.scenes.load import NamedScene, changed_scene, load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 
@@ -120,8 +120,10 @@ def _stated(scene: NamedScene) -> dict[str, Any]:
 
 
 @dataclass(frozen=True)
-class Reduced:
+class Reduced(Adapter):
     """The adapter of ``hcm`` or of ``hcm-refined``.
+
+    It refuses what hcm can't compute when the scene is translated.
 
     overrides : changes of the scene that it runs on.
     """
@@ -130,11 +132,6 @@ class Reduced:
     overrides: tuple[str, ...] = ()
     kind, settings, resumable = "reduced", "hcm", False
     sources, independent_of = (__name__,), ("reference_fem", "meshes")
-
-    def refusal(self, scene: NamedScene) -> str:
-        """Always empty: hcm itself refuses what it can't compute, when the scene is translated."""
-        del scene
-        return ""
 
     def warm_up(self) -> None:
         """Tap once with one phalanx of two elements, with the kernels of the default accuracy."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.run_files import Fields
-from validation.models.adapter import Checkpoint, Outcome, Progress, to_record
+from validation.models.adapter import Adapter, Checkpoint, Outcome, Progress, to_record
 from validation.scenes.load import NamedScene, load_scene
 
 if TYPE_CHECKING:
@@ -28,18 +28,16 @@ RETURNS = (
 
 
 @dataclass(frozen=True)
-class Solid:
-    """The adapter of ``fem3d`` or of ``fem2d`` (plane stress)."""
+class Solid(Adapter):
+    """The adapter of ``fem3d`` or of ``fem2d`` (plane stress).
+
+    A scene that it can't take is refused when it is translated.
+    """
 
     name: str
     dimension: "Dimension"
     kind, settings, resumable = "reference", "fem", True
     sources, independent_of = (__name__,), ("hcm",)
-
-    def refusal(self, scene: NamedScene) -> str:
-        """Always empty: a scene that it can't take is refused when it is translated."""
-        del scene
-        return ""
 
     def warm_up(self) -> None:
         """Tap twice with a coarse mesh, so that every kernel is loaded."""

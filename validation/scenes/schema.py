@@ -36,8 +36,7 @@ def scene_schema() -> dict[str, Any]:
             _describe(solver_schema["properties"], settings)
         tables[solver_schema["title"]] = solver_schema
         solver[name] = {"$ref": f"#/$defs/{solver_schema['title']}"}
-    written: dict[str, Any] = _as_toml({"$schema": DIALECT, **schema, "title": "Fingertap scene"})
-    return written
+    return _as_toml({"$schema": DIALECT, **schema, "title": "Fingertap scene"})
 
 
 def _describe(properties: dict[str, Any], settings: type) -> None:

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import say
@@ -45,6 +45,13 @@ class Crew:
     submit: Submit
     workers: Callable[[], int]
     lost: Callable[[], RunFailedError | None] = lambda: None
+
+
+class Batch(NamedTuple):
+    """Tasks of one model that a worker solves together, and the number of this attempt."""
+
+    tasks: tuple[SweepTask, ...]
+    attempt: int = 1
 
 
 @contextmanager
@@ -84,10 +91,9 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
 
         def submit(*given: Any) -> Future[list[Row]]:
             try:
-                found: Future[list[Row]] = pool.submit(*given)
+                return pool.submit(*given)
             except Exception as error:  # the client has given up
                 raise _lost(address) from error
-            return found
 
         def lost() -> RunFailedError | None:
             return _lost(address) if client.status in GIVEN_UP else None
@@ -160,11 +166,11 @@ def solve_all(
     Raises RunFailedError: the executor has lost a batch `TRIES` times, or its scheduler.
     """
     wanted = {model: programs(model) for model in {task.model for task in tasks}}
-    todo, again = deque(tasks), deque[tuple[tuple[SweepTask, ...], int]]()
-    running: dict[Future[list[Row]], tuple[tuple[SweepTask, ...], int]] = {}
+    todo, again = deque(tasks), deque[Batch]()
+    running: dict[Future[list[Row]], Batch] = {}
     seconds: dict[str, float] = {}
 
-    def batch() -> tuple[tuple[SweepTask, ...], int]:
+    def next_batch() -> Batch:
         if again:
             return again.popleft()
         model = todo[0].model
@@ -174,21 +180,21 @@ def solve_all(
         chosen: list[SweepTask] = []
         while todo and len(chosen) < most and todo[0].model == model:
             chosen.append(todo.popleft())
-        return tuple(chosen), 1
+        return Batch(tuple(chosen))
 
     try:
         while todo or again or running:
             while (todo or again) and len(running) < AHEAD * max(crew.workers(), 1):
-                chosen, tries = batch()
-                given = [(task.model, task.overrides) for task in chosen]
-                running[crew.submit(solve_tasks, name, document, given, wanted)] = chosen, tries
+                batch = next_batch()
+                given = [(task.model, task.overrides) for task in batch.tasks]
+                running[crew.submit(solve_tasks, name, document, given, wanted)] = batch
             ready, _ = wait(running, COUNTED_S, FIRST_COMPLETED)
             if not ready and (error := crew.lost()):
                 raise error
             for future in ready:
-                chosen, tries = running.pop(future)
-                rows = _rows(future, chosen, tries, again)
-                for task, found in zip(chosen, rows, strict=bool(rows)):
+                batch = running.pop(future)
+                rows = _rows(future, batch, again)
+                for task, found in zip(batch.tasks, rows, strict=bool(rows)):
                     keep(task, found)
                     spent: float = found["spent_s"]
                     seconds[task.model] = 0.7 * seconds.get(task.model, spent) + 0.3 * spent
@@ -198,24 +204,21 @@ def solve_all(
                 future.cancel()
 
 
-def _rows(
-    future: Future[list[Row]], chosen: tuple[SweepTask, ...], tries: int,
-    again: deque[tuple[tuple[SweepTask, ...], int]],
-) -> list[Row]:  # fmt: skip
+def _rows(future: Future[list[Row]], batch: Batch, again: deque[Batch]) -> list[Row]:
     """A batch's rows; none if the batch has to be sent again."""
     try:
         return future.result()
     except CancelledError as error:
-        if tries == TRIES:
+        if batch.attempt == TRIES:
             raise RunFailedError(
                 f"the cluster's scheduler was lost {TRIES} times; what was finished is kept: the"
                 " same command goes on"
             ) from error
-        again.append((chosen, tries + 1))
+        again.append(Batch(batch.tasks, batch.attempt + 1))
     except UserError:  # a worker that joined later has another program
         raise
     except Exception as error:  # its worker died; the scenes' own errors are rows
-        if len(chosen) == 1 and tries > 1:
+        if len(batch.tasks) == 1 and batch.attempt > 1:
             return [row(CRASHED, f"its worker died twice: {' '.join(str(error).split())[:200]}")]
-        again.extend(((task,), 2) for task in chosen)
+        again.extend(Batch((task,), 2) for task in batch.tasks)
     return []

@@ -77,16 +77,13 @@ def values_of(axis: Axis, shares: NDArray[np.float64]) -> list[Any]:
     if axis.values is not None:
         places = np.minimum((shares * len(axis.values)).astype(int), len(axis.values) - 1)
         return [axis.values[place] for place in places]
-    found: list[float]
     if axis.distribution is not None:
         # an unbounded distribution has infinite ends
-        found = frozen(axis, "").ppf(np.clip(shares, 2.0**-40, 1.0 - 2.0**-40)).tolist()
-        return found
+        return frozen(axis, "").ppf(np.clip(shares, 2.0**-40, 1.0 - 2.0**-40)).tolist()
     low, high = axis.low or 0.0, axis.high or 0.0
     inner = low * (high / low) ** shares if axis.log else low + (high - low) * shares
     # the ends are exactly those in the plan
-    found = np.where(shares < 1.0, np.clip(inner, low, high), high).tolist()
-    return found
+    return np.where(shares < 1.0, np.clip(inner, low, high), high).tolist()
 
 
 def _grid(vary: Mapping[str, Axis]) -> PointTable:

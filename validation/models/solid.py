@@ -3,16 +3,13 @@
 import time
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.run_files import Fields
 from validation.models.adapter import Adapter, Checkpoint, Outcome, Progress, to_record
 from validation.scenes.load import NamedScene, load_scene
-
-if TYPE_CHECKING:
-    from validation.models.solid_inputs import Dimension
 
 WARM_UP = (  # run once for each law that a preset uses
     "solver.fem.estimate=false",
@@ -35,7 +32,7 @@ class Solid(Adapter):
     """
 
     name: str
-    dimension: "Dimension"
+    dimension: Literal[2, 3]
     kind, settings, resumable = "reference", "fem", True
     sources, independent_of = (__name__,), ("hcm",)
 

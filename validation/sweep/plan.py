@@ -123,10 +123,7 @@ def read_plan(path: Path) -> Plan:
     scene = given.scene
     if not Path(scene).is_absolute() and (folder / scene).is_file():
         scene = str(folder / scene)
-    for key in given.set:
-        check_key(key, f"{origin}: set.{key}")
-        _check_not_varied(key, given.vary, f"{origin}: set.{key}")
-    check_apart(given.set, f"{origin}: set.")
+    _check_set(given.set, given.vary, f"{origin}: set.")
     common = tuple(assignment(key, value) for key, value in given.set.items())
     named = load_scene(scene, common)
     return Plan(
@@ -135,10 +132,14 @@ def read_plan(path: Path) -> Plan:
     )  # fmt: skip
 
 
-def _check_not_varied(key: str, vary: Mapping[str, Axis], origin: str) -> None:
-    if other := clash(key, vary):
-        part = "" if other == key else f", by vary.{other}"
-        raise UserError(f"{origin} is varied too{part}; leave one out")
+def _check_set(keys: Mapping[str, Any], vary: Mapping[str, Axis], origin: str) -> None:
+    """Refuse keys that are unknown, that vary, or of which one sets another too."""
+    for key in keys:
+        check_key(key, origin + key)
+        if other := clash(key, vary):
+            part = "" if other == key else f", by vary.{other}"
+            raise UserError(f"{origin}{key} is varied too{part}; leave one out")
+    check_apart(keys, origin)
 
 
 def _one_line(error: ValidationError) -> str:
@@ -196,11 +197,9 @@ def _solvers(given: _Plan, origin: str) -> tuple[Solver, ...]:
         ) from error
     for solver in solvers:
         adapter(solver.model, f"{origin}: models:")
+        _check_set(solver.set, given.vary, f"{origin}: models.set.")
         for key, value in solver.set.items():
-            check_key(key, f"{origin}: models.set.{key}")
             check_value(key, value, f"{origin}: models.set.{key}")
-            _check_not_varied(key, given.vary, f"{origin}: models.set.{key}")
-        check_apart(solver.set, f"{origin}: models.set.")
     labels = [solver.label for solver in solvers]
     for label in labels:
         if labels.count(label) > 1:

@@ -82,25 +82,25 @@ def main(arguments: Sequence[str] | None = None) -> None:
     os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     # what is imported stays: looking for garbage in it takes a tenth of a short command's time
     gc.set_threshold(GARBAGE_AFTER)
+    code = RunFailedError.exit_code
     try:
         refuse_unusable_surroundings()
         with heard_interrupts():
             app(arguments, exit_on_error=False, print_error=False, result_action="return_value")
+        return
     except (UserError, RunFailedError, OutsideToleranceError) as error:
-        say_error(str(error))
-        sys.exit(error.exit_code)
+        text, code = str(error), error.exit_code
     except cyclopts.CycloptsError as error:
-        say_error(f"{error}; see fingertap --help")
-        sys.exit(UserError.exit_code)
+        text, code = f"{error}; see fingertap --help", UserError.exit_code
     except BrokenPipeError:  # whoever read the output has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return
     except OSError as error:
-        say_error(f"{file_reason(error)}; {KEPT}: when that is fixed, the same command goes on")
-        sys.exit(RunFailedError.exit_code)
+        text = f"{file_reason(error)}; {KEPT}: when that is fixed, the same command goes on"
     except MemoryError:
-        say_error(f"out of memory; {KEPT}: use a smaller scene or a larger limit")
-        sys.exit(RunFailedError.exit_code)
+        text = f"out of memory; {KEPT}: use a smaller scene or a larger limit"
     except KeyboardInterrupt as error:
         by = f" by {error}" if str(error) else ""
-        say_error(f"interrupted{by}; {KEPT}")
-        sys.exit(RunFailedError.exit_code)
+        text = f"interrupted{by}; {KEPT}"
+    say_error(text)
+    sys.exit(code)

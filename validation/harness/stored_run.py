@@ -72,13 +72,12 @@ def check_given_fields(fields: object) -> None:
     if cells.min(initial=0) < 0 or cells.max(initial=0) >= len(points):
         ends = f"{cells.min()} to {cells.max()}"
         raise ValueError(f"fields.cells name points {ends}, but there are {len(points)}")
+    needed = {"displacement": points.shape, "velocity": points.shape,
+              "von_mises_Pa": (len(cells),), "contact_pressure_Pa": (len(points),)}  # fmt: skip
     for step in fields.steps:
-        for name in ("displacement", "velocity"):
-            if (shape := np.shape(getattr(step, name))) != points.shape:
-                raise ValueError(f"fields.steps: {name} is {shape}, points are {points.shape}")
-        for name, count in (("von_mises_Pa", len(cells)), ("contact_pressure_Pa", len(points))):
-            if (shape := np.shape(getattr(step, name))) != (count,):
-                raise ValueError(f"fields.steps: {name} is {shape}: must be {(count,)}")
+        for name, must_be in needed.items():
+            if (shape := np.shape(getattr(step, name))) != must_be:
+                raise ValueError(f"fields.steps: {name} is {shape}: must be {must_be}")
 
 
 def write_record(folder: Path, record: RunRecord) -> None:

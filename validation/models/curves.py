@@ -160,26 +160,23 @@ def record_of(
         raise ValueError(f"unknown scalars: {', '.join(sorted(unknown))}")
     own = tap_scalars(curves)
     found = {**own, "wall_time_s": wall_time_s, **curves.scalars}
+    cautions = other_than_stated(curves, own)
+    cautions += beyond_friction(curves, scene.tables.surface.friction)
     tangential = curves.tangential_force_N
+    if tangential is None:
+        tangential = np.full(curves.time_s.shape, np.nan)
     return RunRecord(
         scene=scene.name,
         model=model,
         variant="",
         status="COMPLETED",
         ok=True,
-        message="; ".join(
-            [
-                *other_than_stated(curves, own),
-                *beyond_friction(curves, scene.tables.surface.friction),
-            ]
-        ),
+        message="; ".join(cautions),
         summary={entry.key: found.get(entry.key) for entry in QUANTITIES},
         history={
             "time_s": curves.time_s,
             "normal_force_N": curves.normal_force_N,
-            "tangential_force_N": np.full(curves.time_s.shape, np.nan)
-            if tangential is None
-            else tangential,
+            "tangential_force_N": tangential,
         },
         errors=curves.errors,
         provenance=provenance(scene.document),

@@ -40,12 +40,8 @@ def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
     further = tables.elements, material.relaxation_time, material.poisson_ratio
     try:
-        phalanges = tuple(
-            hcm.Phalanx(length, diameter, modulus, density, int(elements), tau, ratio)
-            for length, diameter, modulus, density, elements, tau, ratio in tables.rows(
-                *sizes, *elastic, *further
-            )
-        )
+        rows = tables.rows(*sizes, *elastic, *further)
+        phalanges = tuple(hcm.Phalanx(*properties) for properties in rows)
         return hcm.Scene(
             finger=hcm.Finger(phalanges=phalanges),
             surface=hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator
-from typing import Self
+from typing import Any, Self
 
 from pydantic import model_validator
 
@@ -42,7 +42,7 @@ class Scene(Table):
             return values
         return (values,) * self.finger.phalanges
 
-    def rows(self, *columns: Numbers | tuple[int, ...]) -> Iterator[tuple[float, ...]]:
+    def rows(self, *columns: Numbers | tuple[int, ...]) -> Iterator[tuple[Any, ...]]:
         """A row of numbers for each phalanx."""
         return zip(*map(self.per_phalanx, columns), strict=True)
 

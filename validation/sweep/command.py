@@ -1,6 +1,7 @@
 """``fingertap sweep``: many scenes through models, here or on a cluster."""
 
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from pathlib import Path
 
@@ -69,7 +70,7 @@ def solve_plan(
     where : number of processes here (None: one per core); address of a Dask cluster, or None.
     """
     finished = LineStore(folder / "results.jsonl")
-    tasks = _tasks(chosen, points)
+    tasks = list(_tasks(chosen, points))
     distinct = {task.run: task for task in tasks}
     if alike := len(tasks) - len(distinct):
         say(f"{alike} of {len(tasks)} runs are of a scene that another has too: it is solved once")
@@ -94,20 +95,14 @@ def solve_plan(
     return whole, [found["message"] for found in retried.values()]
 
 
-def _tasks(plan: Plan, points: PointTable) -> list[SweepTask]:
+def _tasks(plan: Plan, points: PointTable) -> Iterator[SweepTask]:
     """All tasks, ordered by model, so that those of a batch are alike."""
-    tasks = []
     for number, solver in enumerate(plan.solvers):
         own = tuple(assignment(key, value) for key, value in solver.set.items())
         own = (*on_one_thread(solver.model), *own)  # the plan may set another number
-        tasks += [
-            task_of(
-                point, number, solver.model, plan.scene, plan.document,
-                (*own, *points.overrides(point)),
-            )
-            for point in range(len(points))
-        ]  # fmt: skip
-    return tasks
+        for point in range(len(points)):
+            overrides = (*own, *points.overrides(point))
+            yield task_of(point, number, solver.model, plan.scene, plan.document, overrides)
 
 
 def _solve(

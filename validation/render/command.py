@@ -9,12 +9,13 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag, Overrides
 from validation.harness.console import output, say
 from validation.harness.files import exclusive_folder, safe_name
-from validation.models import estimate_override
+from validation.harness.interrupts import unless_interrupted
+from validation.harness.store import Store
+from validation.models.adapter import Checkpoint
 from validation.render.interactive import check_interactive
 from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
-from validation.runs.execute import solve_into
-from validation.scenes.load import load_scene
+from validation.runs.command import failure_of, run_folder, scene_for, stored_or_solved
 
 
 def render(
@@ -65,10 +66,14 @@ def render(
 
 
 def _run(source: str, model: str, overrides: Sequence[str], out: Path) -> Path:
-    """The folder of a new run, kept as ``fingertap run`` keeps it."""
-    scene = load_scene(source, (*overrides, *estimate_override(model)))
-    folder = out / "run" / safe_name(f"{scene.name}-{model}")
-    outcome = solve_into(folder, scene, model, f"{scene.name} {model}")
-    if outcome.fields is None or not outcome.fields.steps:
-        raise RunFailedError(f"render {source}: {outcome.record.message}; nothing to draw")
+    """The folder of a scene's run, solved, kept and read back as by ``fingertap run``."""
+    scene = scene_for(source, model, overrides)
+    folder = run_folder(scene, model, out)
+    checkpoint = Checkpoint(folder / "restart.npz", resume=False)
+    with exclusive_folder(folder):
+        kept = stored_or_solved(scene, model, folder, Store(out / "store"), checkpoint)
+    unless_interrupted(kept.record)
+    if not (folder / "fields" / "tap.pvd").is_file():
+        why = failure_of(kept, folder, None)
+        raise RunFailedError(f"render {source}: {why}; nothing to draw")
     return folder

@@ -69,17 +69,15 @@ def run_scene(
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
     wanted = _accuracy_override(module, accuracy, overrides)
     asked = (*overrides, *wanted, *estimate_override(model, not no_estimate))
-    named = load_scene(scene, asked)
-    if by_default := default_accuracy(model, named.tables):
-        named = changed_scene(named.name, named.document, by_default, scene)
-    folder = (out or DEFAULT_OUT) / "run" / safe_name(f"{named.name}-{model}")
+    named = scene_for(scene, model, asked)
+    folder = run_folder(named, model, out)
     checkpoint = None
     if out is not None or not as_json or resume:
         if resumable:
             checkpoint = Checkpoint(folder / "restart.npz", resume)
         with exclusive_folder(folder):
             store = Store((out or DEFAULT_OUT) / "store", fresh)
-            kept = _stored_or_solved(named, model, folder, store, checkpoint)
+            kept = stored_or_solved(named, model, folder, store, checkpoint)
     else:
         outcome = _solved(named, model, folder, None)
         failed = not outcome.record.ok
@@ -88,10 +86,23 @@ def run_scene(
     if record.ok and record.message:
         say(f"caution: {record.message}")
     output(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record))
-    if failure := _failure(kept, folder, _going_on(checkpoint)):
+    if failure := failure_of(kept, folder, checkpoint):
         raise RunFailedError(f"scene {named.name}, model {model}: {failure}")
     if not as_json:
         output(f"  files in {folder}")
+
+
+def scene_for(source: str, model: str, overrides: Sequence[str]) -> NamedScene:
+    """A scene, held to the model's default accuracy if it leaves that open."""
+    named = load_scene(source, overrides)
+    if by_default := default_accuracy(model, named.tables):
+        return changed_scene(named.name, named.document, by_default, source)
+    return named
+
+
+def run_folder(scene: NamedScene, model: str, out: Path | None) -> Path:
+    """Where a run's files are kept."""
+    return (out or DEFAULT_OUT) / "run" / safe_name(f"{scene.name}-{model}")
 
 
 @dataclass(frozen=True)
@@ -124,9 +135,9 @@ def _accuracy_override(
     return (f"solver.{module.settings}.accuracy={accuracy}",)
 
 
-def _failure(kept: Kept, folder: Path, going_on: str) -> str:
+def failure_of(kept: Kept, folder: Path, checkpoint: Checkpoint | None) -> str:
     """Why the command fails, with what it left and what to do; empty if it does not."""
-    record = kept.record
+    record, going_on = kept.record, _going_on(checkpoint)
     if kept.unwritten:
         again = "reads it from there" if kept.stored else "runs it again"
         return (
@@ -142,7 +153,7 @@ def _failure(kept: Kept, folder: Path, going_on: str) -> str:
     )
 
 
-def _stored_or_solved(
+def stored_or_solved(
     scene: NamedScene, model: str, folder: Path, store: Store, checkpoint: Checkpoint | None
 ) -> Kept:
     """The run, its files in its folder; the restart file is removed once the result is kept."""

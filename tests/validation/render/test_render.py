@@ -65,6 +65,10 @@ def test_a_scene_is_run_and_drawn(
     assert fingertap("render", run, "--out", tmp_path).code == 0
     assert {path.name for path in (tmp_path / "render").iterdir()} == left
     assert (run / "summary.json").read_bytes() == before
+    # and so is its scene, which `fingertap run` knows too
+    for more in (["render", "soft"], ["run", "soft"]):
+        again = fingertap(*more, "--model", model, *COARSE, "--out", tmp_path)
+        assert (again.code, "has this run" in again.err) == (0, True)
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,7 @@
 """The contract of a piece of evidence: one problem that somebody else solved or measured.
 
-Its `solve` gives rows, each an outside number beside ours; `compare.differences` judges them. Levels
-are those of a validation hierarchy (ASME V&V 10): a tap is only as credible as its parts.
+Its `solve` gives rows, each an outside number beside ours; `compare.differences` judges them.
+Levels are those of a validation hierarchy (ASME V&V 10): a tap is only as credible as its parts.
 """
 
 import tomllib

@@ -12,7 +12,7 @@ import cyclopts
 
 from validation.errors import OutsideToleranceError, RunFailedError, UserError, file_reason
 
-KEPT = "finished files are kept"
+KEPT = "files already written are kept"
 GARBAGE_AFTER = 100_000  # new containers between two looks for garbage
 
 app = cyclopts.App(
@@ -61,7 +61,8 @@ IDENTIFY = {
     "torque": ("studies.paper.torque_factor:run_identify_torque",
         "Find the unit of the paper's printed t_3 from its three arrival times."),
     "ramp": ("studies.paper.ramp_outcome:run_identify_ramp",
-        "Drive the paper's fingers by a damped ramp: do figs. 13 to 16 agree together?"),
+        "Drive the paper's fingers by a damped ramp: do figs. 13 to 16 agree together?\n\n"
+        "Takes some ten minutes on two cores; nothing of a stopped one is kept."),
 }  # fmt: skip
 identify = cyclopts.App(name="identify", help="Parameters that the reduced model needs.")
 for group, commands in ((app, COMMANDS), (identify, IDENTIFY)):
@@ -96,7 +97,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return
     except OSError as error:
-        text = f"{file_reason(error)}; {KEPT}: when that is fixed, the same command goes on"
+        text = f"{file_reason(error)}; {KEPT}: when that is fixed, give the same command again"
     except MemoryError:
         text = f"out of memory; {KEPT}: use a smaller scene or a larger limit"
     except KeyboardInterrupt as error:

@@ -120,15 +120,17 @@ def _check_pushes(samples: Samples, normal: Floats, origin: str, sidecar: Sideca
     if pull <= body * sidecar.threshold_N:
         return
     line = zero_line(normal[np.abs(normal) <= pull])
-    remedy = f"subtract the offset of the zero line, {line.zero / body:.2g} N"
-    if not line.offset or line.offset < 0.5 * pull:
+    remedy = ""
+    if line.offset and line.offset >= 0.5 * pull:
+        remedy = f" or, subtract the offset of the zero line, {line.zero / body:.2g} N"
+    elif normal.max() > 1.5 * pull:
         remedy = (
-            "for scatter about zero, the force up to which nothing touches, "
+            " or, for scatter about zero, the force up to which nothing touches, "
             f"threshold_N = {1.5 * pull / body:.2g}"
         )
     raise UserError(
         f"{origin}, line {samples.lines[lowest]}: normal force {-pull:.4g} N, and a contact can't "
-        f"pull; state in {origin}.toml the right normal (it is {sidecar.normal}) or, {remedy}"
+        f"pull; state in {origin}.toml the right normal (it is {sidecar.normal}){remedy}"
     )
 
 

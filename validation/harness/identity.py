@@ -74,13 +74,14 @@ def module_file(name: str, root: Path = ROOT) -> str:
 
 
 def _files_of(name: str) -> Iterator[tuple[str, Path]]:
-    """All modules of another project's package, or the single module, with their files."""
+    """All files of another project's package, data and libraries too, or the single module."""
     spec = importlib.util.find_spec(name)
     if spec is None or spec.origin is None:
         raise ModuleNotFoundError(f"{name}: no such module is installed")
     file = Path(spec.origin)
-    for path in sorted(file.parent.rglob("*.py")) if spec.submodule_search_locations else [file]:
-        yield f"{name}/{path.relative_to(file.parent)}", path
+    for path in sorted(file.parent.rglob("*")) if spec.submodule_search_locations else [file]:
+        if path.is_file() and path.parent.name != "__pycache__":
+            yield f"{name}/{path.relative_to(file.parent)}", path
 
 
 def closure(
@@ -98,7 +99,7 @@ def closure(
 
     Returns
     -------
-    sources : by module, the content of its file.
+    sources : by module, the content of its file; of other projects' packages, all files.
     libraries : names of packages, without those of the standard library.
     """
     sources: dict[str, bytes] = {}
@@ -107,7 +108,8 @@ def closure(
         if name.partition(".")[0] not in packages:
             sources |= {member: path.read_bytes() for member, path in _files_of(name)}
     names, seen = [(name, "") for name in modules], set[tuple[str, str]]()
-    names += [name for text in sources.values() for name in imports(text.decode())]
+    texts = [content for member, content in sources.items() if member.endswith(".py")]
+    names += [name for text in texts for name in imports(text.decode())]
     while names:
         name, member = names.pop()
         if (name, member) in seen:

@@ -101,8 +101,8 @@ class Workers:
         except (EOFError, OSError) as error:
             self._own.pipe = None  # another job starts another process
             raise RunFailedError(
-                "a worker process died (killed, or out of memory); what was finished is kept:"
-                " the same command goes on"
+                "a worker process died (killed, or out of memory); files already written are kept:"
+                " give the same command again"
             ) from error
         if not done:
             raise answer

@@ -13,6 +13,7 @@ from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
 from validation.harness.files import exclusive_folder, safe_name, write_json
 from validation.harness.record import plain
 from validation.harness.tables import table_of, write_table
+from validation.harness.uncertainty import with_error
 from validation.identify.contact import EDGES, ContactIdentification, identify_contact
 from validation.scenes.load import load_scene
 
@@ -145,7 +146,8 @@ def run_identify_contact(
     for key, values in found.tip_compliance.items():
         judged = convergence(EDGES[: len(values)], values, 2.0)
         output(
-            f"  {key}, for solver.hcm.assumptions = 'refined': {judged.limit:.3g}"
+            f"  {key}, for solver.hcm.assumptions = 'refined':"
+            f" {with_error(judged.limit, judged.error)}"
             f" (finest mesh {judged.finest:.3g}; {judged.verdict})"
         )
     output(f"  files in {folder}")

@@ -56,9 +56,11 @@ def unit_notes(runs: Runs) -> list[str]:
     """Notes on numbers that seem to be in another unit than their name says."""
     return [
         f"{row.scene}, {row.model}: {row.quantity.key} = {row.reduced:.4g} {row.quantity.unit} is "
-        f"about {1000.0**power:g} times the reference's: are both in the unit their name states?"
+        f"about {1000.0**power:g} times that of {reference.label}: are both in the "
+        "unit their name states?"
         for row in differences(runs, COMPARED)
-        if row.reduced is not None
+        if (reference := runs.reference(row.scene)) is not None
+        and row.reduced is not None
         and row.reference is not None
         and (power := thousands_apart(row.reduced, row.reference))
     ]

@@ -139,6 +139,24 @@ def test_a_result_is_named_by_all_that_its_module_imports(tmp_path: Path) -> Non
     assert digest() not in digests
 
 
+def test_data_of_anothers_package_is_part_of_its_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A surrogate's weights had changed, and its old numbers were read back."""
+    package = tmp_path / "surrogate"
+    (package / "__pycache__").mkdir(parents=True)
+    (package / "__init__.py").write_text("import meshio")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    digests = []
+    for weights, cached in ((b"\xff\x00", b"1"), (b"\xff\x00", b"2"), (b"\xff\x01", b"2")):
+        (package / "weights.npz").write_bytes(weights)
+        (package / "__pycache__" / "x.pyc").write_bytes(cached)
+        sources, libraries = closure(["surrogate"])
+        assert "meshio" in libraries
+        digests.append(source_digest(sources))
+    assert digests[0] == digests[1] != digests[2]
+
+
 def test_an_import_that_leads_nowhere_is_no_result(tmp_path: Path) -> None:
     with pytest.raises(ModuleNotFoundError, match="validation"):
         closure(["validation.models.hcm"], root=tmp_path)

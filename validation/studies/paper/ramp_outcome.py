@@ -107,7 +107,7 @@ def run_identify_ramp(*, as_json: AsJson = False) -> None:
     """Drive the paper's fingers by a ramp, damped, and count the rows of figs. 13 to 16 that agree.
 
     Each of a grid of (ramp, relaxation time, factor) is judged as the ledger judges, and what lies
-    between them is searched for boxes in which no choice can agree; some ten minutes.
+    between them is searched for boxes in which no choice can agree.
     """
     with workers(cores()) as pool, progress_bar("ramps") as progress:
         outcome = compute(pool, progress)

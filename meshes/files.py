@@ -17,7 +17,7 @@ import numpy as np
 from meshes.check import check
 from meshes.errors import MeshError
 from meshes.mesh import FingerMesh, Floats, Ints
-from meshes.topology import local_facets
+from meshes.topology import numbered, sides
 
 _CELL_TYPES = {"hexahedron": 3, "quad": 2}
 
@@ -119,7 +119,7 @@ def _from_content(content: Any) -> FingerMesh:
     facet_sets = {}
     for name, bits in _fields(cell_data, "facets_"):
         chosen = (bits[:, None] >> np.arange(2 * dim)) & 1
-        facet_sets[name] = cells[:, local_facets(dim)][chosen.astype(bool)]
+        facet_sets[name] = sides(cells)[chosen.astype(bool)]
     return FingerMesh(points, cells, node_sets, facet_sets, cell_sets)
 
 
@@ -143,10 +143,6 @@ def _mask(members: Ints, size: int) -> Ints:
 
 def _side_bits(mesh: FingerMesh, facets: Ints) -> Ints:
     """Bit i of each element is set if its local side i is among `facets`, (n_cells,)."""
-    sides = np.sort(mesh.cells[:, local_facets(mesh.dim)], axis=2)
-    wanted = np.sort(facets, axis=1)
-    stacked = np.concatenate([wanted, sides.reshape(-1, sides.shape[2])])
-    _, group = np.unique(stacked, axis=0, return_inverse=True)
-    group = group.reshape(-1)
-    found = np.isin(group[len(wanted) :], group[: len(wanted)]).reshape(len(mesh.cells), -1)
+    own, wanted = numbered(sides(mesh.cells).reshape(-1, facets.shape[1]), facets)
+    found = np.isin(own, wanted).reshape(len(mesh.cells), -1)
     return np.asarray(found @ (1 << np.arange(2 * mesh.dim)), dtype=np.int64)

@@ -8,10 +8,10 @@ from scipy.spatial import cKDTree
 from meshes.errors import MeshError
 from meshes.full_volume import from_contact, with_full_volume
 from meshes.geometry import FingerGeometry
-from meshes.halving import Halved, halve
-from meshes.mesh import FingerMesh, Floats, Ints
+from meshes.halving import halve
+from meshes.mesh import FingerMesh, Floats, Ints, PhalanxMesh
 from meshes.mirror import turned_over
-from meshes.phalanx import PhalanxBlocks, mesh_phalanx
+from meshes.phalanx import mesh_phalanx
 from meshes.plan import PhalanxPlan, plan_finger
 from meshes.quality import volumes
 from meshes.sizing import Sizing
@@ -96,12 +96,11 @@ def _assemble(geometry: FingerGeometry, sizing: Sizing, dim: int) -> FingerMesh:
     return mesh if sizing.contact_angle >= 0.0 else turned_over(mesh)
 
 
-def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
+def _prepare(phalanx: PhalanxMesh, plan: PhalanxPlan) -> PhalanxMesh:
     """Snap to the analytic surfaces, orient the elements and number for locality."""
     points = snap(phalanx, plan)
     cells = orient(points, phalanx.cells)
-    none = np.empty((0, 1 + 2 ** (points.shape[1] - 1)), dtype=np.int64)
-    cut = Halved(points, cells, outer_facets(cells), phalanx.roles, none)
+    cut = replace(phalanx, points=points, cells=cells, facets=outer_facets(cells))
     for _ in range(plan.halvings):
         cut = _cut_long(cut, plan)
     if plan.full_volume:
@@ -112,10 +111,10 @@ def _prepare(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> PhalanxBlocks:
     order, cells = renumber(cut.cells, len(cut.points))
     new = np.argsort(order)  # a permutation's inverse
     roles = {role: np.sort(new[nodes]) for role, nodes in cut.roles.items()}
-    return PhalanxBlocks(cut.points[order], cells, roles, new[cut.facets], new[cut.ties])
+    return PhalanxMesh(cut.points[order], cells, roles, new[cut.facets], new[cut.ties])
 
 
-def _cut_long(mesh: Halved, plan: PhalanxPlan) -> Halved:
+def _cut_long(mesh: PhalanxMesh, plan: PhalanxPlan) -> PhalanxMesh:
     """Halve cells that are larger than asked; the outside stays round, cells at hinges whole."""
     ends = [mesh.roles[role] for role in ("proximal_face", "distal_face") if role in mesh.roles]
     assert plan.fine is not None
@@ -126,15 +125,14 @@ def _cut_long(mesh: Halved, plan: PhalanxPlan) -> Halved:
     long = (size > LONG * asked) & ~np.isin(mesh.cells, np.concatenate(ends)).any(axis=1)
     cut = halve(mesh, np.flatnonzero(long))
     hanging = cut.ties[:, 0]
-    roles = dict(cut.roles)
-    for role in ("shaft", "sphere"):
-        roles[role] = np.setdiff1d(roles[role], hanging)
-    points = snap(PhalanxBlocks(cut.points, cut.cells, roles), plan)
+    still = {role: np.setdiff1d(cut.roles[role], hanging) for role in ("shaft", "sphere")}
+    cut = replace(cut, roles={**cut.roles, **still})
+    points = snap(cut, plan)
     points[hanging] = points[cut.ties[:, 1:]].mean(axis=1)
-    return replace(cut, points=points, roles=roles)
+    return replace(cut, points=points)
 
 
-def _touching_facets(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> tuple[Ints, Ints]:
+def _touching_facets(phalanx: PhalanxMesh, plan: PhalanxPlan) -> tuple[Ints, Ints]:
     """Facets of the last phalanx that can touch, and those within a radius of its end."""
     facets = phalanx.facets if phalanx.ties.size else outer_facets(phalanx.cells)
     touching = np.ones(len(facets), dtype=bool)
@@ -147,7 +145,7 @@ def _touching_facets(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> tuple[Ints, I
     return surface, surface[(phalanx.points[surface, 0] <= limit).all(axis=1)]
 
 
-def snap(phalanx: PhalanxBlocks, plan: PhalanxPlan) -> Floats:
+def snap(phalanx: PhalanxMesh, plan: PhalanxPlan) -> Floats:
     """Positions (n, dim) in mm with gmsh's rounding removed: nodes lie on their analytic surfaces.
 
     Nodes of holes go to the shafts' cylinders, lateral nodes to the phalanx's, tip nodes to the

@@ -16,7 +16,7 @@ from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 from meshes.mesh import FingerMesh, Floats, Ints
 from meshes.quality import volumes
-from meshes.topology import local_facets, outer_facets
+from meshes.topology import numbered, outer_facets, sides
 
 PLACE = 1e-4
 """Largest distance of a node from where it belongs, over the radius: coordinates of six digits in a
@@ -174,11 +174,10 @@ def _arms(points: Floats, geometry: FingerGeometry, w: int) -> Floats:
 
 def _parts(cells: Ints) -> int:
     """Number of groups of elements that facets join."""
-    dim = 3 if cells.shape[1] == 8 else 2
-    sides = np.sort(cells[:, local_facets(dim)].reshape(-1, 2 ** (dim - 1)), axis=1)
-    _, facet = np.unique(sides, axis=0, return_inverse=True)
-    element = np.repeat(np.arange(len(cells)), 2 * dim)
-    link = coo_matrix((np.ones(element.size), (element, facet.ravel()))).tocsr()
+    each = sides(cells)
+    (facet,) = numbered(each.reshape(-1, each.shape[2]))
+    element = np.repeat(np.arange(len(cells)), each.shape[1])
+    link = coo_matrix((np.ones(element.size), (element, facet))).tocsr()
     return int(connected_components(link @ link.T, directed=False)[0])
 
 
@@ -230,9 +229,7 @@ def _sets(mesh: FingerMesh, bodies: list[_Body]) -> Iterator[tuple[str, Ints, In
         ("surface", touching, "outer side"),
         ("tip", touching[near], "round end"),
     ):
-        both = np.sort(np.concatenate([mesh.facet_sets[name], facets]), axis=1)
-        numbers = np.unique(both, axis=0, return_inverse=True)[1].ravel()
-        held, wanted = np.split(numbers, [len(mesh.facet_sets[name])])
+        held, wanted = numbered(mesh.facet_sets[name], facets)
         place = f"facets of the last phalanx's {where}"
         yield f"facet set {name}", held, np.unique(wanted), place
 

@@ -9,8 +9,7 @@ from itertools import product
 
 import numpy as np
 
-from meshes.halving import Halved
-from meshes.mesh import Floats
+from meshes.mesh import Floats, PhalanxMesh
 from meshes.plan import PhalanxPlan
 
 # Largest share of a node's distance to the surface, at the touch, by which it may move nearer: a
@@ -19,7 +18,7 @@ CLEARANCE = 0.25
 FLAT = ("symmetry", "proximal_face", "distal_face", "proximal_hole", "distal_hole")
 
 
-def with_full_volume(mesh: Halved, plan: PhalanxPlan) -> Halved:
+def with_full_volume(mesh: PhalanxMesh, plan: PhalanxPlan) -> PhalanxMesh:
     """Move each node by the mean height of the true surface over its facets, by area.
 
     Facets' means are by Simpson's rule. Hanging nodes pass on their part, and stay at the mean.
@@ -36,7 +35,8 @@ def with_full_volume(mesh: Halved, plan: PhalanxPlan) -> Halved:
     height = np.zeros(len(facets))
     for place in product((0, 1, 2), repeat=dim - 1):
         weight = float(np.prod([(1.0, 4.0, 1.0)[p] / 6.0 for p in place]))
-        height += weight * _height(np.einsum("a,fad->fd", _shape(place), corners), plan)
+        arm = _arm(np.einsum("a,fad->fd", _shape(place), corners), plan)
+        height += weight * (plan.radius - np.linalg.norm(arm, axis=1))
     hanging, masters = mesh.ties[:, 0], mesh.ties[:, 1:]
 
     def at_nodes(values: Floats) -> Floats:
@@ -86,7 +86,3 @@ def _arm(points: Floats, plan: PhalanxPlan) -> Floats:
     arm = points.copy()
     arm[:, 0] = np.minimum(arm[:, 0] + plan.shaft, 0.0) if plan.rounded else 0.0
     return arm
-
-
-def _height(points: Floats, plan: PhalanxPlan) -> Floats:
-    return np.asarray(plan.radius - np.linalg.norm(_arm(points, plan), axis=1))

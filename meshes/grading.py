@@ -86,7 +86,7 @@ class Grading:
         """Fewest edges between two positions such that none is longer than asked."""
         return max(1, math.ceil(abs(self.edges(stop) - self.edges(start)) - 1e-9))
 
-    def divide(self, start: float, stop: float, least: int = 1) -> Division:
+    def divide(self, start: float, stop: float, least: int) -> Division:
         """As many edges as asked between two positions, in these proportions; at least `least`."""
         count = max(least, self.count(start, stop))
         first = self.edges(start)

@@ -6,36 +6,15 @@ corners and moves with them, which keeps the motion continuous. Cells with a han
 cut: across a side sizes differ at most by a factor of two, and no hanging node follows another.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 
-from meshes.mesh import Floats, Ints
+from meshes.mesh import Ints, PhalanxMesh
 from meshes.topology import structured
 
 
-@dataclass(frozen=True)
-class Halved:
-    """A mesh whose cells are being cut.
-
-    points : (n, dim)
-    cells : (m, 2^dim), in VTK's order
-    facets : (k, 2^(dim-1)), all outer ones, outward oriented
-    roles : sorted outer nodes by role
-    ties : (h, 1 + 2^(dim-1)), hanging nodes, each followed by those at whose mean it stays (an
-        edge's two stand twice in 3D)
-    """
-
-    points: Floats
-    cells: Ints
-    facets: Ints
-    roles: Mapping[str, Ints]
-    ties: Ints
-
-
-def halve(mesh: Halved, chosen: Ints) -> Halved:
+def halve(mesh: PhalanxMesh, chosen: Ints) -> PhalanxMesh:
     """Cut the chosen cells (c,) into 2^dim each, except those with a hanging corner.
 
     New nodes lie at the means of the corners of their edge, face or cell. A hanging node that is
@@ -72,13 +51,13 @@ def halve(mesh: Halved, chosen: Ints) -> Halved:
         more = outside & np.isin(keys, nodes).all(axis=1)
         roles[role] = np.union1d(nodes, number[more])
     ties = np.column_stack([number[hangs], keys[hangs, ::2]])
-    return Halved(
+    return PhalanxMesh(
         points=np.concatenate([mesh.points, mesh.points[keys[new]].mean(axis=1)]),
         cells=np.concatenate([mesh.cells[~cut], _children(number[of_cut], dim)]),
+        roles=roles,
         facets=np.concatenate(
             [mesh.facets[~split], _children(number[of_facets[split]].ravel(), dim - 1)]
         ),
-        roles=roles,
         ties=np.concatenate([mesh.ties[~known[of_ties]], ties]),
     )
 

@@ -74,6 +74,29 @@ class FingerMesh:
         return sum(PHALANX.fullmatch(name) is not None for name in self.cell_sets)
 
 
+@dataclass(frozen=True)
+class PhalanxMesh:
+    """One phalanx while it is built: proximal end at x = 0, along -x, in mm.
+
+    Roles: ``proximal_face``, ``shaft`` (lateral surface), ``symmetry`` (3D), then ``distal_face``
+    (flat end) or ``sphere`` (rounded), and ``pole``. An end with a shaft's hole has
+    ``proximal_hole`` (``distal_hole``), and ``proximal_edges`` where the hole leaves the end face.
+
+    points : (n, dim)
+    cells : (m, 2^dim), in VTK's order
+    roles : sorted outer nodes by role
+    facets : (k, 2^(dim-1)), all outer ones, outward oriented; empty until they are looked for
+    ties : (h, 1 + 2^(dim-1)), hanging nodes, each followed by those at whose mean it stays (an
+        edge's two stand twice in 3D)
+    """
+
+    points: Floats
+    cells: Ints
+    roles: Mapping[str, Ints]
+    facets: Ints
+    ties: Ints
+
+
 def _numbers(name: str, given: Any, width: int | None = None) -> Ints:
     """Check node or element numbers, in rows of `width`; a mask of truth values is refused."""
     numbers = np.asarray(given)

@@ -1,40 +1,23 @@
 """One phalanx as a block structure, in its own coordinates: proximal end at x = 0, along -x."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from operator import attrgetter
 
 import numpy as np
 
 from meshes.blocks import Blocks, gmsh_session
 from meshes.grading import Division
-from meshes.mesh import Floats, Ints
+from meshes.mesh import PhalanxMesh
 from meshes.o_grid import HINGE_DEPTH, Station, bulge_centre, names, section_point, tip_point
 from meshes.plan import PhalanxPlan
 from meshes.shaft_hole import HoledEnd
 
 
-@dataclass(frozen=True)
-class PhalanxBlocks:
-    """What gmsh returned: points (n, dim) in mm, cells, and the nodes of each role, sorted.
+def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxMesh:
+    """One phalanx in hexahedra (`dim` 3, half model z >= 0) or quadrilaterals (2), as gmsh has it.
 
-    Roles: ``proximal_face``, ``shaft`` (lateral surface), ``symmetry`` (3D), then ``distal_face``
-    (flat end) or ``sphere`` (rounded), and ``pole``. An end with a shaft's hole has
-    ``proximal_hole`` (``distal_hole``), and ``proximal_edges`` where the hole leaves the end face.
-
-    facets, ties : outer facets and hanging nodes, as in `halving`; empty until they are looked
-        for
+    Elements may be wound the wrong way round, nodes lie on surfaces up to rounding.
     """
-
-    points: Floats
-    cells: Ints
-    roles: dict[str, Ints]
-    facets: Ints = field(default_factory=lambda: np.empty((0, 0), dtype=np.int64))
-    ties: Ints = field(default_factory=lambda: np.empty((0, 0), dtype=np.int64))
-
-
-def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:
-    """Mesh one phalanx with hexahedra (`dim` 3, half model z >= 0) or quadrilaterals (2)."""
     with gmsh_session("fingertap-phalanx") as gmsh:
         blocks = Blocks(gmsh)
         builder = _Builder(blocks, plan, dim)
@@ -44,7 +27,8 @@ def mesh_phalanx(plan: PhalanxPlan, dim: int) -> PhalanxBlocks:
         roles |= {role: blocks.nodes_on(dim - 2, tags) for role, tags in builder.edges.items()}
         if builder.pole:
             roles["pole"] = blocks.nodes_on(0, [builder.pole])
-    return PhalanxBlocks(points[:, :dim].copy(), cells, roles)
+    none = np.empty((0, 1 + 2 ** (dim - 1)), dtype=np.int64)
+    return PhalanxMesh(points[:, :dim].copy(), cells, roles, facets=none[:, 1:], ties=none)
 
 
 Ease = Callable[[Division], Division]

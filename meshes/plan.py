@@ -73,21 +73,17 @@ class PhalanxPlan:
         return total + section * self.meridian.count + cap if self.rounded else total
 
 
-def plan_phalanx(
-    radius: float, length: float, rounded: bool, sizing: Sizing, hole: float = 0.0, holes: int = 0
-) -> PhalanxPlan:
-    """Edges for one phalanx of `radius` and `length` (mm).
-
-    `hole` is the radius of the shaft's hole (mm) in `holes` of its ends, which are not refined.
-    """
+def plan_phalanx(geometry: FingerGeometry, w: int, sizing: Sizing) -> PhalanxPlan:
+    """Edges for phalanx `w`, from 0; its ends with a shaft's hole are not refined."""
+    radius, length = _MM * geometry.radii[w], _MM * geometry.lengths[w]
+    rounded, holes = geometry.rounded(w), geometry.shaft_holes(w)
+    if geometry.shaft_radius is None:
+        return _plan_plain(radius, length, rounded, sizing)
+    least = min(abs(sizing.contact_angle), 0.5 * math.pi - LYING)
+    sizing = replace(sizing, contact_angle=math.copysign(least, sizing.contact_angle))
+    hole, size = _MM * geometry.shaft_radius, _MM * sizing.section_size
     ends = holes * HINGE_DEPTH * radius
-    if holes:
-        least = min(abs(sizing.contact_angle), 0.5 * math.pi - LYING)
-        sizing = replace(sizing, contact_angle=math.copysign(least, sizing.contact_angle))
     plan = _plan_plain(radius, length - ends, rounded, sizing)
-    if not holes:
-        return plan
-    size = _MM * sizing.section_size
     return replace(
         plan,
         shaft=plan.shaft + ends,
@@ -99,7 +95,7 @@ def plan_phalanx(
 
 
 def _plan_plain(radius: float, length: float, rounded: bool, sizing: Sizing) -> PhalanxPlan:
-    """Edges without the ends that have holes."""
+    """Edges of a phalanx of `radius` and `length` (mm), without the ends that have holes."""
     size, axial_size, tip_size = (
         _MM * s for s in (sizing.section_size, sizing.axial_size, sizing.tip_size)
     )
@@ -205,20 +201,9 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
                     f"{key} = {getattr(sizing, key):g} m is larger than the {what} of phalanx "
                     f"{w} ({limit:g} m): give a smaller size"
                 )
-    hole = _MM * (geometry.shaft_radius or 0.0)
-    if hole:
+    if geometry.shaft_radius is not None:
         _require_room(geometry)
-    plans = tuple(
-        plan_phalanx(
-            _MM * geometry.radii[w],
-            _MM * geometry.lengths[w],
-            geometry.rounded(w),
-            sizing,
-            hole,
-            geometry.shaft_holes(w),
-        )
-        for w in range(geometry.phalanges)
-    )
+    plans = tuple(plan_phalanx(geometry, w, sizing) for w in range(geometry.phalanges))
     total = sum(plan.elements(dim) for plan in plans)
     require_bearable(geometry, sizing, total)
     return plans

@@ -19,23 +19,34 @@ def local_facets(dim: int) -> Ints:
     return HEXAHEDRON_FACES if dim == 3 else QUADRILATERAL_EDGES
 
 
+def sides(cells: Ints) -> Ints:
+    """Sides of each element, (n_cells, 6, 4) or (n_cells, 4, 2), outward oriented."""
+    return cells[:, local_facets(3 if cells.shape[1] == 8 else 2)]
+
+
+def numbered(*groups: Ints) -> list[Ints]:
+    """Numbers (k,) of each group's facets, (k, n): the same for the same nodes in any order."""
+    rows = np.sort(np.concatenate(groups), axis=1)
+    numbers = np.unique(rows, axis=0, return_inverse=True)[1].ravel()
+    return np.split(numbers, np.cumsum([len(group) for group in groups])[:-1])
+
+
 def facets(cells: Ints) -> tuple[Ints, Ints]:
     """All facets in the order of elements, (k, 4) or (k, 2), outward oriented in the first element
     of each; and how many elements each belongs to, (k,).
     """
-    dim = 3 if cells.shape[1] == 8 else 2
-    sides = cells[:, local_facets(dim)].reshape(-1, 2 ** (dim - 1))
+    each = sides(cells).reshape(-1, cells.shape[1] // 2)
     _, first, count = np.unique(
-        np.sort(sides, axis=1), axis=0, return_index=True, return_counts=True
+        np.sort(each, axis=1), axis=0, return_index=True, return_counts=True
     )
     order = np.argsort(first)
-    return np.asarray(sides[first[order]], dtype=np.int64), count[order]
+    return np.asarray(each[first[order]], dtype=np.int64), count[order]
 
 
 def outer_facets(cells: Ints) -> Ints:
     """Facets that belong to one element only, (k, 4) or (k, 2), outward oriented."""
-    sides, count = facets(cells)
-    return sides[count == 1]
+    each, count = facets(cells)
+    return each[count == 1]
 
 
 def orient(points: Floats, cells: Ints) -> Ints:

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import meshes
-from meshes.halving import Halved, halve
+from meshes.halving import halve
+from meshes.mesh import PhalanxMesh
 from meshes.quality import scaled_jacobians, volumes
 from meshes.topology import local_facets, outer_facets, structured
 from tests.meshes.fingers import BUILD, PAPER, L, R
@@ -44,7 +45,9 @@ def test_a_neighbour_that_is_cut_later_sets_its_hanging_nodes_free(dim: int) -> 
     points = np.stack(axes, axis=-1).reshape(-1, dim)
     cells = structured(np.arange(len(points)).reshape(3, *[2] * (dim - 1)))
     outer, none = outer_facets(cells), np.empty((0, 1 + 2 ** (dim - 1)), dtype=np.int64)
-    one = halve(Halved(points, cells, outer, {"all": np.arange(len(points))}, none), np.array([0]))
+    one = halve(
+        PhalanxMesh(points, cells, {"all": np.arange(len(points))}, outer, none), np.array([0])
+    )
     assert len(one.ties) == (5 if dim == 3 else 1)
     assert (one.points[one.ties[:, 0], 0] == 1.0).all()
     both = halve(one, np.array([0]))

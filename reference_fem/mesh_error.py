@@ -26,8 +26,7 @@ import meshes
 from reference_fem.hertz import hertz_contact_radius
 from reference_fem.result import TapResult
 from reference_fem.settings import Material
-from reference_fem.summary import PROMINENCE, stress_during
-from reference_fem.transitions import confirmed_maxima
+from reference_fem.summary import PROMINENCE, confirmed_maxima, stress_during
 
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
 PEAK, PEAK_TIME = "peak_normal_force_N", "peak_normal_force_time_s"

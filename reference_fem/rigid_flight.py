@@ -13,6 +13,7 @@ from reference_fem.model import Model
 from reference_fem.rigid_chain import ChainState, RigidChain, pose
 from reference_fem.settings import Settings
 
+LONGEST_STEP_S = 5e-3
 SHALLOW = 1e-5
 """Depth, over the finger's reach, below which a touch may be missed between steps."""
 
@@ -23,7 +24,6 @@ def fly(
     gap: Callable[[Array], float],
     end_time_s: float,
     tolerance: float = 1e-11,
-    longest_step_s: float = 5e-3,
 ) -> tuple[Callable[[float], ChainState], float | None]:
     """Integrate from `start` until the gap of the rigidly moved surface closes.
 
@@ -62,7 +62,7 @@ def fly(
                 method="DOP853",
                 rtol=tolerance,
                 atol=1e-2 * tolerance,
-                max_step=longest_step_s,
+                max_step=LONGEST_STEP_S,
                 dense_output=True,
                 events=closing,
             )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import meshes
-from meshes.bounds import check_kind
+from meshes.bounds import check_fields, check_kind
 from reference_fem.dynamics.restart import digest
 from reference_fem.rigid_chain import ChainState
 from reference_fem.settings import Drive, Material, Settings, Surface
@@ -29,14 +29,9 @@ class Scene:
     def __post_init__(self) -> None:
         if not isinstance(self.materials, list | tuple):
             raise ValueError(f"materials = {self.materials!r}: must be a tuple; each a Material")
-        check_kind("mesh", self.mesh, meshes.FingerMesh)
         for material in self.materials:
             check_kind("materials", material, Material)
-        check_kind("surface", self.surface, Surface)
-        check_kind("drive", self.drive, Drive)
-        check_kind("settings", self.settings, Settings)
-        check_optional("start", self.start, ChainState)
-        check_optional("flight_mesh", self.flight_mesh, meshes.FingerMesh)
+        check_fields(self)
         if (self.settings.flight == "coarse") is not (self.flight_mesh is not None):
             raise ValueError(
                 f"flight = {self.settings.flight!r}: a flight_mesh is for 'coarse' and needed "

@@ -1,12 +1,12 @@
-"""The scalars of the first tap, from the record of every step."""
+"""The scalars of the first tap and its transitions, from the record of every step."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from reference_fem.arrays import Array
 from reference_fem.result import ForceRecord, History, Summary
-from reference_fem.transitions import confirmed_maxima, slip_states
 
 # Shares of the peak normal force: a turn of F_n counts if it goes this far, ...
 PROMINENCE = 0.05
@@ -28,7 +28,7 @@ def summarize(
     - end: the last step with F_n > 0 of the first tap (`separation_s`; the lumped law's lies
       between two steps); None while it lasts: the duration is then None and the other scalars cover
       the record so far
-    - peaks: over every step; the first peak is the first turning point of F_n (`transitions`)
+    - peaks: over every step; the first peak is the first turning point of F_n (`confirmed_maxima`)
     - impulse: ∫ F_n dt, trapezoid over every step
     - stress at R: the reading of largest magnitude during the tap, signed (`stress_during`)
 
@@ -50,9 +50,9 @@ def summarize(
     top = int(np.argmax(normal))
     peak = float(normal[top])
     turns = confirmed_maxima(normal, PROMINENCE * peak)
-    slips = (
-        slip_states(normal, tangential, friction, LEAST_NORMAL * peak) if friction > 0.0 else None
-    )
+    slips: dict[str, Any] = {}
+    if friction > 0.0:
+        slips = vars(slip_states(normal, tangential, friction, LEAST_NORMAL * peak))
     stress = stress_during(history, contact_time, float(time[-1]))
     return replace(
         blank,
@@ -65,9 +65,7 @@ def summarize(
         contact_duration_s=None if separation_s is None else separation_s - contact_time,
         normal_impulse_N_s=float(np.trapezoid(normal, time)),
         compression_to_restitution=len(turns),
-        stick_to_slip=None if slips is None else slips.stick_to_slip,
-        slip_to_stick=None if slips is None else slips.slip_to_stick,
-        reverse_slip=None if slips is None else slips.reverse_slip,
+        **slips,
         peak_stress_R_Pa=float(stress[np.argmax(np.abs(stress))]) if stress.size else None,
     )
 
@@ -97,4 +95,63 @@ def _crossing(forces: ForceRecord, first: int) -> float:
     share = before / (before - after)
     return float(
         forces.time_s[first - 1] + share * (forces.time_s[first] - forces.time_s[first - 1])
+    )
+
+
+def confirmed_maxima(force: Array, prominence: float) -> list[int]:
+    """Indices of the maxima of F that differ from the minima beside them by at least `prominence`.
+
+    dF_n/dt = -Σ k_i v_ni over the touching nodes (nodes come and go with zero force), so a
+    maximum of F_n is where the contact area's stiffness-weighted mean normal velocity changes
+    from compression to restitution. High-frequency ringing of single nodes would add countless
+    turning points; a turn counts once the curve has gone `prominence` beyond it.
+
+    force : (n,), F_n, N. prominence : N, greater than 0.
+    """
+    maxima: list[int] = []
+    rising, place = True, 0
+    for i, value in enumerate(force):
+        ahead = value > force[place] if rising else value < force[place]
+        if ahead:
+            place = i
+        elif abs(value - force[place]) >= prominence:
+            if rising:
+                maxima.append(place)
+            rising, place = not rising, i
+    return maxima
+
+
+@dataclass(frozen=True)
+class SlipStates:
+    """Counts of the resultant's transitions, and whether it slipped both ways."""
+
+    stick_to_slip: int
+    slip_to_stick: int
+    reverse_slip: bool
+
+
+def slip_states(
+    normal: Array, tangential: Array, friction: float, least_normal: float
+) -> SlipStates:
+    """Stick and slip of the resultant, by its cone ratio q = |F_t| / (μ F_n).
+
+    The contact slips as a whole where q >= 0.98 and sticks at least in part where q < 0.95;
+    in between the previous state holds (at q = 1 exactly every node slips, and in one direction;
+    lateral bulging keeps q a little lower). Samples with F_n below `least_normal` are left out.
+    Reverse slip: slipping occurs with both signs of F_t.
+
+    normal, tangential : (n,), F_n and F_t, N. friction : μ, greater than 0. least_normal : N.
+    """
+    counted = normal >= least_normal
+    f_t = tangential[counted]
+    ratio = np.abs(f_t) / (friction * normal[counted])
+    change = np.where(ratio >= 0.98, 1, np.where(ratio < 0.95, -1, 0))
+    decided = np.flatnonzero(change)
+    states = change[decided]
+    turns = np.diff(states)
+    signs = np.sign(f_t[ratio >= 0.98])
+    return SlipStates(
+        stick_to_slip=int(np.count_nonzero(turns > 0)),
+        slip_to_stick=int(np.count_nonzero(turns < 0)),
+        reverse_slip=bool((signs > 0).any() and (signs < 0).any()),
     )

@@ -9,7 +9,7 @@ import numpy as np
 import meshes
 from reference_fem.rigid_chain import ChainState, chain_and_start
 from reference_fem.rigid_flight import fly
-from reference_fem.settings import Drive, Material, Surface, check_materials
+from reference_fem.settings import Drive, Material, Surface
 from reference_fem.true_body import true_chain, true_gap
 
 
@@ -69,7 +69,6 @@ def impact_state(
     ValueError
         For bad input, naming it, its value and what is allowed.
     """
-    check_materials(materials, geometry.phalanges)
     chain, first = chain_and_start(true_chain(geometry, materials, drive, dim), start)
     gap = true_gap(geometry, surface.height - clearance_m)
     if gap(first.angles) <= 0.0:
@@ -104,7 +103,6 @@ def predicted_touch(
     ValueError
         For bad input, naming it, its value and what is allowed.
     """
-    check_materials(materials, geometry.phalanges)
     chain = true_chain(geometry, materials, drive, dim)
     radius, axis = geometry.radii[-1], float(state.angles[-1])
     reach = geometry.lengths[-1] - radius

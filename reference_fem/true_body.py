@@ -8,7 +8,7 @@ import numpy as np
 import meshes
 from reference_fem.arrays import Array, Index
 from reference_fem.rigid_chain import RigidChain, build_chain
-from reference_fem.settings import Drive, Material
+from reference_fem.settings import Drive, Material, check_materials
 
 POINTS = 64
 """Points of each quadrature rule: exact for round shafts and balls, to 1e-6 for holes and discs."""
@@ -26,7 +26,10 @@ def true_chain(
     Round shafts and a half-ball in 3D; in 2D the plane-stress body, whose end is half a disc and
     whose thickness is the chord 2 sqrt(R² - y²) of the round section. Holes for shafts are taken
     out. Masses are quadrature weights times density.
+
+    Raises ValueError: there is not one material per phalanx, or not one torque.
     """
+    check_materials(materials, geometry.phalanges)
     points, masses, bodies, first = [], [], [], 0
     last = geometry.phalanges - 1
     for w, (hinge, length, radius) in enumerate(

@@ -6,13 +6,11 @@ from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel, ElementKind, lame_constants
 from reference_fem.elements.blocks import make_blocks
 from reference_fem.elements.geometry import by_element, check_mesh, geometries
-from reference_fem.elements.hexahedron import eight_point_kernel, eight_point_outputs
+from reference_fem.elements.hexahedron import eight_point_kernel as eight_point
 from reference_fem.elements.hexahedron import one_point_kernel as one_point
 from reference_fem.elements.quadrilateral import kernel as quad4
 
-EIGHT_POINT = ElementKind(
-    eight_point_outputs.Hex8Blocks, eight_point_kernel.SCRATCH_ROWS, eight_point_outputs.stresses
-)
+EIGHT_POINT = ElementKind(eight_point.Hex8Blocks, eight_point.SCRATCH_ROWS, eight_point.stresses)
 ONE_POINT = ElementKind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS, one_point.stresses)
 PLANE_STRESS = ElementKind(quad4.Quad4Blocks, quad4.SCRATCH_ROWS, quad4.stresses)
 
@@ -88,11 +86,7 @@ def hex8_one_point(
     constants = mu, lame = lame_constants(young, poisson)
     volume, corner_volumes, integrals = by_element(
         geometries(*mesh),
-        lambda g: (
-            g.volume,
-            g.corner_volumes,
-            np.einsum("nq,nqai->nai", g.weights, g.gradients),
-        ),
+        lambda g: (g.volume, g.corner_volumes, np.einsum("nq,nqai->nai", g.weights, g.gradients)),
     )
     gradients = integrals / volume[:, None, None]
     squares = np.einsum("nai,nai->n", gradients, gradients)

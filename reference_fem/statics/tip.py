@@ -81,14 +81,11 @@ def tip_compliance(
         force[3 * node : 3 * node + 3, j] = directions.T
     displacement = displacements(body, material, force)
     section = section_at(points, centre[0] + behind)
-    weights = np.where(np.isin(section, symmetry), 1.0, 2.0)
     matrix = np.einsum("idjb,ad->ijab", displacement[candidates], directions)
     for j in range(candidates.size):
         for b in range(3):
-            u = displacement[section, :2, j, b]
-            matrix[:, j, :, b] -= directions @ rigid_motion(
-                points[section, :2], u, weights, contact[:2]
-            )
+            rigid = rigid_motion(body, section, displacement[..., j, b], contact)
+            matrix[:, j, :, b] -= directions @ rigid
     offset = points[candidates] - contact
     return TipCompliance(
         nodes=nodes[candidates],
@@ -195,12 +192,17 @@ def section_at(points: Array, x: float) -> Index:
     return np.flatnonzero(planes == nearest)
 
 
-def rigid_motion(arms: Array, moved: Array, weights: Array, at: Array) -> Array:
-    """Best-fit rigid motion (u, v, 0) at a point, by weighted least squares (small rotation)."""
+def rigid_motion(body: meshes.FingerMesh, section: Index, displacement: Array, at: Array) -> Array:
+    """Best-fit rigid motion (u, v, 0) of a section's nodes at a point `at`, small rotation.
+
+    By least squares in which nodes on the symmetry plane count half.
+    """
+    weights = np.where(np.isin(section, body.node_sets["symmetry"]), 1.0, 2.0)
+    arms, moved = body.points[section, :2], displacement[section, :2]
     middle = weights @ arms / weights.sum()
     shift = weights @ moved / weights.sum()
     r = arms - middle
     turn = weights @ (r[:, 0] * moved[:, 1] - r[:, 1] * moved[:, 0])
     turn /= weights @ (r**2).sum(axis=1)
-    lever = at - middle
+    lever = at[:2] - middle
     return np.array([shift[0] - turn * lever[1], shift[1] + turn * lever[0], 0.0])

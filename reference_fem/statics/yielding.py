@@ -68,14 +68,11 @@ def tip_yield(mesh: meshes.FingerMesh, material: Material, angle: float) -> TipY
     force = force.reshape(3 * len(points), len(PATCHES), 2) / symmetry_factor
     moved = displacements(body, material, force)
     section = section_at(points, centre[0] + radius)
-    weights = np.where(np.isin(section, symmetry), 1.0, 2.0)
     behind = float(points[section, 0].mean() - centre[0])
     c = np.einsum("pi,idpb,ad->pab", means, moved, directions)
     for patch in range(len(PATCHES)):
         for b in range(2):
-            rigid = rigid_motion(
-                points[section, :2], moved[section, :2, patch, b], weights, contact[:2]
-            )
+            rigid = rigid_motion(body, section, moved[..., patch, b], contact)
             c[patch, :, b] -= directions @ rigid
         c[patch] -= half_space(material, PATCHES[patch] * radius)
         c[patch] -= beam(material, radius, angle, behind)

@@ -10,7 +10,7 @@ from reference_fem import Drive, ForceRecord, Material, Settings, Surface
 from reference_fem.dynamics.recorder import Thinned
 from reference_fem.elements.kinds import chord_thickness
 from reference_fem.model import build_model
-from reference_fem.transitions import confirmed_maxima, slip_states
+from reference_fem.summary import confirmed_maxima, slip_states
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import GEOMETRY, body
 

@@ -68,9 +68,7 @@ def collect(
 
 
 @inlined
-def at_points(
-    g: Bases,
-) -> tuple[Three, Three, Three, Three, Three, Three, Three, Three]:
+def at_points(g: Bases) -> tuple[Three, Three, Three, Three, Three, Three, Three, Three]:
     """One Cartesian component of (g_1, g_2, g_3) at the 8 points."""
     g1, g2, g3 = g
     return (

@@ -1,4 +1,4 @@
-"""Compiled kernels of the 8-node hexahedron: force, energy, det F, mean dilatation.
+"""Compiled kernels of the 8-node hexahedron: force, energy, mean dilatation, det F, stress.
 
 Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_q, V = sum w_q:
 
@@ -20,6 +20,8 @@ Where there is damping, row 58 tau (s).
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
+import numpy as np
+
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import compiled, inlined
 from reference_fem.elements.alignment import aligned_frame
@@ -39,9 +41,12 @@ from reference_fem.elements.hexahedron.point import (
     damped_point,
     dilatation,
     gradient_rows,
+    point_det,
     point_force,
     strain_rate,
 )
+from reference_fem.elements.loops import implement
+from reference_fem.elements.stress import cauchy_stress, deformation, lower
 
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
 # energies or dets. With damping: 24 nodal velocities; 36 values of their g_k; sum of
@@ -54,6 +59,14 @@ RATES = VELOCITIES + 24
 DILATATION_RATE = RATES + 36
 POWER = DILATATION_RATE + 1
 SCRATCH_ROWS = POWER + 1
+# Which of the 4 values of g_1, g_2, g_3 the 8 points take.
+VALUES = (
+    (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
+)  # fmt: skip
+
+
+class Hex8Blocks(Blocks):
+    """Blocks of 8-point hexahedra."""
 
 
 @inlined
@@ -229,3 +242,54 @@ def add_force(
         stored[t, 0] += lane_sum(0.0, s, RESULT)
         if moving is not None:
             stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
+
+
+@compiled
+def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
+    """See `loops`."""
+    smallest = np.inf
+    r = blocks.reference[block]
+    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    block_dilatation(s, r)
+    for q in range(8):
+        values = VALUES[q]
+        for lane in range(LANES):
+            bases, o = point_bases(s, BASES, lane, values), lane + q * POINT_ROWS * LANES
+            s[RESULT * LANES + lane] = point_det(bases, r, o)
+        for lane in range(min(LANES, blocks.n_cells - block * LANES)):
+            smallest = lower(smallest, s[RESULT * LANES + lane])
+    return float(smallest)
+
+
+@compiled
+def stresses(
+    blocks: Blocks,
+    displacement: Array,
+    gradients: Array,
+    mu: Array,
+    _lame: Array,
+    cells: Index,
+    stress: Array,
+) -> None:
+    """Cauchy stress F S F^T / det F at the centres of `cells` into stress (n, 6), Pa.
+
+    S = lambda e I + 2 mu E with the element's mean e and E at the centre. Each block is gathered
+    once for a run of cells that lie in it; gradients (n_cells, 8, 3) are those at the centre, 1/m.
+    """
+    gathered = -1
+    f = np.empty((3, 3))
+    s = blocks.scratch[0]
+    for row in range(len(cells)):
+        cell = cells[row]
+        block, lane = cell // LANES, cell % LANES
+        r = blocks.reference[block]
+        if block != gathered:
+            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+            block_dilatation(s, r)
+            gathered = block
+        deformation(blocks, displacement, cell, gradients[cell], f)
+        pressure = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
+        cauchy_stress(f, mu[cell], pressure, stress[row])
+
+
+implement(Hex8Blocks, add_force, least_det)

@@ -22,8 +22,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from reference_fem.arrays import Array, Index
-from reference_fem.dynamics.loop_state import LoopState
-from reference_fem.dynamics.state import State
+from reference_fem.dynamics.state import LoopState, State
 from reference_fem.dynamics.step import advance, lowest_gap, start_state
 from reference_fem.model import Model
 from reference_fem.ties import follow
@@ -86,7 +85,7 @@ class CoarseFlight:
         """The loop's state on the run's mesh; accumulated energies carry over."""
         state, (_, block) = now.state, advance(self.model, now.state, 1, False)
         motion = self.motion(state.displacement, block.velocity)
-        near = np.zeros(self.model.hinges.count)
+        near = np.zeros(self.model.hinges.size)
         near[[couple.phalanx for couple in self.model.couples]] = state.face_angles
         after = start_state(self.to, *motion, state.time_s, near, state.torque_change_work_J)
         return replace(now, state=replace(after, material_J=block.material_J), coarse=False)
@@ -97,7 +96,7 @@ def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
 
     Raises ValueError: the two are not meshes of one finger, or the flight's nodes are too few.
     """
-    one, other = ((m.points.shape[1], m.symmetry_factor, m.hinges.count) for m in (flight, run))
+    one, other = ((m.points.shape[1], m.symmetry_factor, m.hinges.size) for m in (flight, run))
     if one != other or not np.allclose(
         _at_hinges(flight, flight.points), _at_hinges(run, run.points)
     ):
@@ -106,7 +105,7 @@ def coarse_flight(flight: Model, run: Model) -> CoarseFlight:
             "and symmetry, with longer edges"
         )
     rows, columns, even, odd = [], [], [], []
-    for w in range(run.hinges.count):
+    for w in range(run.hinges.size):
         own = np.flatnonzero(flight.body_of_point == w)
         cells = flight.points[flight.cells[np.isin(flight.cells[:, 0], own)]]
         beyond = np.setdiff1d(own, flight.symmetry) if flight.symmetry.size else own[:0]

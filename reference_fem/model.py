@@ -11,8 +11,7 @@ from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.kinds import chord_thickness, hex8, hex8_one_point, quad4_plane_stress
-from reference_fem.joints.hinges import Hinges, build_hinges
-from reference_fem.joints.mean_position import mean_weights
+from reference_fem.joints.hinges import Hinges, build_hinges, mean_weights
 from reference_fem.joints.section import Couple, build_section
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface, check_materials
@@ -155,7 +154,7 @@ def build_model(
         couples=tuple(_couples(mesh, drive, mass)),
         torques=drive.torques_for(count) / symmetry_factor,
         contact=contact,
-        probe=build_probe(points, cells, last, kernel.cell_volume, mass, outline),
+        probe=build_probe(kernel, last, outline),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
         chain=build_chain(points, mass, body_nodes, hinge_points, loads, drive.gravity_vector)
         if hinge_sides

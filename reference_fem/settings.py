@@ -164,11 +164,11 @@ class Settings:
     """Contact law. "penalty": springs at the nodes, as stiff as the elements behind them.
     "surface": a penalty pressure integrated over the surface, of a stiffness that does not depend
     on the mesh. "impulse": no penetration, by forward-increment multipliers. A `LumpedContact`: the
-    reduced model's law, at one point (see `contact.lumped_point`)."""
+    reduced model's law, at one point (see `contact.lumped_law`)."""
     penalty_factor: Annotated[
         float, Bound(above=0, at_most=1000, advice="0.1 is LS-DYNA's usual value")
     ] = 0.1
-    """f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact.stiffness`)."""
+    """f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact.penalty`)."""
     surface_factor: Annotated[
         float, Bound(above=0, at_most=1e6, advice="1000 adds 1 % of Hertz's compliance")
     ] = 1000.0

@@ -12,13 +12,14 @@ import meshes
 from reference_fem.arrays import Progress
 from reference_fem.coarse_flight import CoarseFlight, coarse_flight
 from reference_fem.dynamics.archive_check import check_archive
-from reference_fem.dynamics.loop import Reporting, explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state, unpack
+from reference_fem.dynamics.loop import Reporting, ended, explicit_tap
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
+from reference_fem.dynamics.state import LoopState, unpack
+from reference_fem.dynamics.step import start_state
 from reference_fem.estimate import SolvedScene, estimated
 from reference_fem.model import Model, build_model
-from reference_fem.result import Status, Summary, TapResult
+from reference_fem.result import Status, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, surface_gap
 from reference_fem.scene import Scene, check_optional
@@ -162,45 +163,28 @@ def _run_from_start(
     if settings.flight == "rigid":
         if reporting.progress is not None:
             reporting.progress(0.0, "rigid flight")
+        longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
+        missed = f"height = {height}: the surface is not reached within {longest:.6g} s"
+        how = Status.NOT_REACHED, missed
         try:
             flown = descent(chain, gap, rigid, settings)
         except KeyboardInterrupt:
             how = Status.INTERRUPTED, "interrupted in the rigid flight"
-            return _without_contact_window(model, settings, reporting, *how)
         if flown is None:
-            longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
-            message = f"height = {height}: the surface is not reached within {longest:.6g} s"
-            how = Status.NOT_REACHED, message
-            return _without_contact_window(model, settings, reporting, *how)
+            still = pose(chain, rigid, model.points, model.body_of_point)
+            now = LoopState(start_state(model, *still, rigid.time_s), rigid.time_s)
+            return _Solved(model, ended(model, settings, now, reporting, Recorder(settings), *how))
         begin, rigid = rigid.time_s, flown.before(settings.lead_steps * model.step_s)
         torque_change_work = chain.torques.torque_change_work(
             lambda time: flown.state_at(time).angles, begin, rigid.time_s
         )
     first = model if coarse is None else coarse.model
     check_work(first, settings, rigid.time_s)
-    displacement, velocity = pose(chain, rigid, first.points, first.body_of_point)
-    loop_state = first_loop_state(
-        first, displacement, velocity, rigid.time_s, origin, rigid.angles, torque_change_work
-    )
-    loop_state = replace(loop_state, coarse=coarse is not None)
-    tap = explicit_tap(model, settings, loop_state, reporting, flight=coarse)
+    motion = pose(chain, rigid, first.points, first.body_of_point)
+    state = start_state(first, *motion, rigid.time_s, rigid.angles, torque_change_work)
+    begin_state = LoopState(state, rigid.time_s, origin_energy_J=origin, coarse=coarse is not None)
+    tap = explicit_tap(model, settings, begin_state, reporting, flight=coarse)
     return _Solved(model, tap, flown)
-
-
-def _without_contact_window(
-    model: Model, settings: Settings, reporting: Reporting, status: Status, message: str
-) -> _Solved:
-    """The result of a run that ended before any explicit step."""
-    recorder = Recorder(settings)
-    summary = Summary(
-        wall_time_s=time.perf_counter() - reporting.started,
-        steps=0,
-        elements=model.symmetry_factor * len(model.cells),
-        time_step_s=model.step_s,
-    )
-    message = f"{message}: {status.advice}"
-    tap = TapResult(status, message, recorder.history(), recorder.forces(), (), summary)
-    return _Solved(model, tap)
 
 
 @contextmanager

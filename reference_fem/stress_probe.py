@@ -44,23 +44,16 @@ class StressProbe:
         return float(self.weights @ axial)
 
 
-def build_probe(
-    points: Array,
-    cells: Index,
-    candidates: Index,
-    cell_volume: Array,
-    lumped_mass: Array,
-    radius: float,
-) -> StressProbe:
+def build_probe(kernel: ElementKernel, candidates: Index, radius: float) -> StressProbe:
     """Probe at mid-length of the body made of the cells `candidates`.
 
     It reads cells whose centres lie within one cut cell's length of the section: a layer on either
     side, or the one that the section halves.
 
-    points : (n_points, dim). cells : (n_cells, 8 | 4). cell_volume : (n_cells,).
-    candidates : (m,), cells of the last phalanx. lumped_mass : (n_points,).
+    candidates : (m,), cells of the last phalanx.
     radius : distance R of the lower surface from the axis, m.
     """
+    points, cells = kernel.points, kernel.cells
     along = points[cells[candidates], 0]
     first, last = along.min(axis=1), along.max(axis=1)
     middle = 0.5 * (first.min() + last.max())
@@ -72,9 +65,9 @@ def build_probe(
     near = np.abs(s) < length - slack
     chosen, s, y = candidates[near], s[near] / length, centre[near, 1] / radius
     design = np.stack([np.ones_like(y), y, s, s * y], axis=1)
-    root = np.sqrt(cell_volume[chosen])
+    root = np.sqrt(kernel.cell_volume[chosen])
     root /= root.max()
     inverse = np.linalg.pinv(design * root[:, None], rcond=SAME_PLACE)
     weights = np.array([1.0, -1.0, 0.0, 0.0]) @ inverse * root
-    section = build_section(points, np.unique(cells[chosen]), lumped_mass)
+    section = build_section(points, np.unique(cells[chosen]), kernel.lumped_mass)
     return StressProbe(chosen, weights, section)

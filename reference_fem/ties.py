@@ -27,9 +27,7 @@ class Ties(NamedTuple):
     def sums(self, values: Array) -> Array:
         """Values (n_points,), with those of hanging nodes moved to the nodes that they follow."""
         total = values.copy()
-        share = np.repeat(values[self.nodes] / max(self.of.shape[1], 1), self.of.shape[1])
-        np.add.at(total, self.of.ravel(), share)
-        total[self.nodes] = 0.0
+        hand_on(total[:, None], self)
         return total
 
 

@@ -1,6 +1,6 @@
-"""Gauss points on the facets that may touch."""
+"""Integrals over the facets that may touch: Gauss points, areas and the nodes' shares of them."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,7 @@ POINTS = 3
 _CORNERS = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]], dtype=np.float64)
 
 
-@dataclass(frozen=True)
-class FacetQuadrature:
+class FacetQuadrature(NamedTuple):
     """Shape functions and weights, of reference facets.
 
     facets : (n_facets, n), n = 4 for bilinear quadrilaterals, 2 for edges
@@ -27,9 +26,7 @@ class FacetQuadrature:
 
     def nodal_area(self) -> tuple[Index, Array]:
         """Nodes (k,) of the facets and their shares Σ w N_i (k,), m²."""
-        nodes, place = np.unique(self.facets, return_inverse=True)
-        area = np.bincount(place.ravel(), (self.weight @ self.shape).ravel())
-        return nodes.astype(np.int64), area.astype(np.float64)
+        return nodal_sums(self.facets, self.weight @ self.shape)
 
 
 def facet_quadrature(
@@ -42,15 +39,42 @@ def facet_quadrature(
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     corners = points[facets]
     if facets.shape[1] == 2:
-        length = np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1)
         shape = 0.5 * np.stack([1.0 - places, 1.0 + places], axis=1)
-        return FacetQuadrature(facets, shape, 0.5 * (length * thickness)[:, None] * weights)
-    xi, eta = (grid.ravel() for grid in np.meshgrid(places, places, indexing="ij"))
-    weight = np.outer(weights, weights).ravel()
-    shape = 0.25 * (1 + np.outer(xi, _CORNERS[:, 0])) * (1 + np.outer(eta, _CORNERS[:, 1]))
-    along_xi = 0.25 * _CORNERS[:, 0] * (1 + np.outer(eta, _CORNERS[:, 1]))
-    along_eta = 0.25 * _CORNERS[:, 1] * (1 + np.outer(xi, _CORNERS[:, 0]))
-    normal = np.cross(
-        np.einsum("fad,qa->fqd", corners, along_xi), np.einsum("fad,qa->fqd", corners, along_eta)
-    )
-    return FacetQuadrature(facets, shape, np.linalg.norm(normal, axis=2) * weight)
+        return FacetQuadrature(
+            facets, shape, 0.5 * (_lengths(corners) * thickness)[:, None] * weights
+        )
+    shape, stretch = _bilinear(corners, *np.meshgrid(places, places, indexing="ij"))
+    return FacetQuadrature(facets, shape, stretch * np.outer(weights, weights).ravel())
+
+
+def facet_areas(points: Array, facets: Index) -> tuple[Array, Array]:
+    """Area of each facet (n_facets,) and its nodes' shares ∫ N_i dA (n_facets, 4 | 2).
+
+    Bilinear quadrilaterals by 2 x 2 Gauss points; edges exactly (per unit thickness).
+    """
+    corners = points[facets]
+    if facets.shape[1] == 2:
+        length = _lengths(corners)
+        return length, np.repeat(0.5 * length[:, None], 2, axis=1)
+    shape, stretch = _bilinear(corners, *_CORNERS.T / np.sqrt(3.0))
+    share = (stretch[:, :, None] * shape).sum(axis=1)
+    return share.sum(axis=1), share
+
+
+def nodal_sums(facets: Index, shares: Array) -> tuple[Index, Array]:
+    """Nodes (k,) of facets (n_facets, n) and the sums of their shares (n_facets, n) there, (k,)."""
+    nodes, place = np.unique(facets, return_inverse=True)
+    sums = np.bincount(place.ravel(), shares.ravel())
+    return nodes.astype(np.int64), sums.astype(np.float64)
+
+
+def _lengths(corners: Array) -> Array:
+    return np.asarray(np.linalg.norm(corners[:, 1] - corners[:, 0], axis=1))
+
+
+def _bilinear(corners: Array, xi: Array, eta: Array) -> tuple[Array, Array]:
+    """Shape functions (q, 4) and |dx/dξ x dx/dη| (f, q) at places (q,) of facets (f, 4, 3)."""
+    along, across = 1 + np.outer(xi, _CORNERS[:, 0]), 1 + np.outer(eta, _CORNERS[:, 1])
+    tangents = 0.25 * _CORNERS[:, 0] * across, 0.25 * _CORNERS[:, 1] * along
+    normal = np.cross(*(np.einsum("fad,qa->fqd", corners, slopes) for slopes in tangents))
+    return 0.25 * along * across, np.linalg.norm(normal, axis=2)

@@ -1,6 +1,6 @@
 """The contact laws by name."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -9,11 +9,15 @@ from reference_fem.arrays import Array, Index
 from reference_fem.contact.facet_quadrature import FacetQuadrature, facet_quadrature
 from reference_fem.contact.impulse import ImpulseContact
 from reference_fem.contact.law import ContactLaw
-from reference_fem.contact.lumped import LumpedContact, LumpedLaw
-from reference_fem.contact.lumped_point import lumped_point
-from reference_fem.contact.rounding import standing_out
-from reference_fem.contact.stiffness import adjoining_cells, edge_thickness, penalty_contact
-from reference_fem.contact.surface import contact_modulus, surface_contact
+from reference_fem.contact.lumped import LumpedContact
+from reference_fem.contact.lumped_law import lumped_law
+from reference_fem.contact.penalty import (
+    PenaltyContact,
+    adjoining_cells,
+    edge_thickness,
+    penalty_contact,
+)
+from reference_fem.contact.surface import contact_modulus, standing_out, surface_contact
 from reference_fem.settings import Material, Settings
 from reference_fem.ties import ties_of
 
@@ -59,21 +63,12 @@ class TouchingBody:
 def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
     """The law that `settings.contact` names or, as a `LumpedContact`, gives the constants of."""
     if isinstance(settings.contact, LumpedContact):
-        point = lumped_point(body.mesh, body.mass)
-        return LumpedLaw.on(point, body.symmetry_factor, settings.contact)
+        return lumped_law(body.mesh, body.mass, body.symmetry_factor, settings.contact)
     if settings.contact == "penalty":
-        law = penalty_contact(
-            body.mesh.points,
-            body.mesh.cells,
-            body.facets,
-            body.cell_volume,
-            body.cell_bulk_modulus,
-            settings.penalty_factor,
-        )
+        of_cells = body.cell_volume, body.cell_bulk_modulus
+        law = penalty_contact(body.mesh, body.facets, *of_cells, settings.penalty_factor)
         nodes, area = body.free(law.nodes, law.area)
-        return replace(
-            law, nodes=nodes, area=area, stiffness=body.free(law.nodes, law.stiffness)[1]
-        )
+        return PenaltyContact(nodes, area, body.free(law.nodes, law.stiffness)[1])
     quadrature = body.quadrature()
     if settings.contact == "impulse":
         nodes, area = body.free(*quadrature.nodal_area())

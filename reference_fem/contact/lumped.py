@@ -2,7 +2,7 @@
 
 The same law as the reduced model's (paper, section 2.2.2), written independently as a return
 mapping that is evaluated once per explicit step, without located events. It acts on one point C of
-the solid (see `lumped_point`), at x_C with the gap g:
+the solid (see `lumped_law`), at x_C with the gap g:
 
 - normal: ΔF_n = -k_n Δg, k_n = k while g falls and k/e*² while it rises; contact begins at the gap
   g_0 (zero, or the residual deformation of an earlier loop until the face has left the surface)
@@ -13,17 +13,12 @@ the solid (see `lumped_point`), at x_C with the gap g:
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Self
-
-import numpy as np
+from typing import Annotated
 
 from meshes.bounds import Bound, check_fields
 from reference_fem.arrays import Array
 from reference_fem.compiled import njit
-from reference_fem.contact import law
 from reference_fem.contact.friction import return_map, slip_loss
-from reference_fem.contact.law import ContactLaw, Memory, Motion
-from reference_fem.contact.lumped_point import LumpedPoint
 
 # Places in the law's memory and, after it, of the point's rotation at the last evaluation, ...
 TOUCHING, FORCE, GAP, START_GAP, ANCHOR, TANGENTIAL = range(6)
@@ -75,81 +70,6 @@ class LumpedContact:
         )
 
 
-@dataclass(frozen=True)
-class LumpedLaw(ContactLaw):
-    """The law on one point of the mesh, which stands for the whole surface.
-
-    Its history's `anchor` is (1, MEMORY + 1): the memory of `lumped_force`, then the point's
-    rotation θ, which counts full turns.
-
-    point, constants
-    symmetry_factor : 2 for a half model, else 1: the constants are those of the full body
-    """
-
-    point: LumpedPoint
-    constants: LumpedContact
-    symmetry_factor: int
-
-    @classmethod
-    def on(cls, point: LumpedPoint, symmetry_factor: int, constants: LumpedContact) -> Self:
-        """The law on a point; its nodes carry forces, no pressure and no stiffness of their own."""
-        nodes = point.section.nodes
-        nothing, all_of_it = np.zeros(nodes.size), np.full(nodes.size, np.inf)
-        return cls(nodes, all_of_it, nothing, point, constants, symmetry_factor)
-
-    @property
-    def coupled_eigenvalue(self) -> float:
-        """k_max/m (1 + m R²/J), rad²/s².
-
-        The springs act on the mean: K_c = k w wᵀ, whose largest eigenvalue in M⁻¹K_c is
-        k Σ w_i²/m_i = k/m for mass weights, m = Σ m_i; a rolling sphere's tangential spring turns
-        the section, of inertia J, as well.
-        """
-        section = self.point.section
-        mass = self.symmetry_factor * float(section.masses.sum())
-        inertia = self.symmetry_factor * float(section.masses @ (section.arms**2).sum(axis=1))
-        return self.constants.stiffest * (1.0 / mass + self.point.radius**2 / inertia)
-
-    def new_memory(self, displacement: Array, angle: float) -> Memory:
-        """See `ContactLaw`."""
-        anchor = np.zeros((1, MEMORY + 1))
-        anchor[0, TURN] = self.point.position(displacement, angle)[2]
-        return Memory(np.zeros(1, dtype=np.bool_), anchor, np.zeros((1, 0)))
-
-    def touching_points(self, position: Array) -> Array:
-        """C alone, (1, 2); its X, on which no gap depends, is the mean's."""
-        x, y = (float(self.point.weights @ axis) for axis in position.T[:2].copy())
-        return np.array([[x, y - self.point.radius]])
-
-    def separation_s(self, times: Array, forces: Array) -> float:
-        """Where F_n = 0 on the line through the last two steps: one point lets go at once."""
-        drop = forces[1] - forces[0]
-        if not drop < 0.0:
-            return float(times[-1])
-        return float(times[0] - forces[0] * (times[1] - times[0]) / drop)
-
-    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
-        """See `lumped_force`."""
-        own = memory.anchor[0]
-        x, y, turn = self.point.position(motion.displacement, own[TURN])
-        v_x, v_y = self.point.velocity(motion.velocity, (turn - own[TURN]) / motion.step)
-        gap, energies = y + motion.height, np.zeros(ENERGIES)
-        tangential, normal = lumped_force(
-            x, gap, v_x, v_y, *self.constants.constants, motion.friction, own[:MEMORY], energies
-        )
-        own[TURN] = turn
-        memory.touching[0] = normal > 0.0
-        factor = self.symmetry_factor
-        self.point.load(tangential / factor, normal / factor, motion.displacement, residual)
-        row[:] = 0.0
-        row[law.NORMAL], row[law.TANGENTIAL] = normal, tangential
-        row[law.EXCESS] = max(0.0, abs(tangential) - motion.friction * normal)
-        row[law.SPRING_ENERGY] = energies[STORED]
-        row[law.DISSIPATION], row[law.DAMPING] = energies[FRICTION_LOSS], energies[HYSTERESIS_LOSS]
-        row /= factor
-        row[law.GAP] = gap
-
-
 @njit(cache=True)
 def lumped_force(
     x: float,
@@ -194,7 +114,9 @@ def lumped_force(
         normal = hertz_force * (0.8 * stiffness * depth / hertz_force) ** 1.5
     k_t = stiffness * tangential_ratio
     if normal <= 0.0:
-        energies[FRICTION_LOSS] = _release(memory, k_t)
+        # what is left in the tangential element: its anchor slips
+        energies[FRICTION_LOSS] = 0.5 * memory[TANGENTIAL] ** 2 / k_t if k_t > 0.0 else 0.0
+        memory[FORCE] = memory[TANGENTIAL] = 0.0
         # Where the branch reached zero, inside the step.
         memory[START_GAP] = 0.0 if hertz_force > 0.0 else min(0.0, memory[GAP] + before / slope)
         memory[TOUCHING] = 0.0
@@ -213,11 +135,3 @@ def lumped_force(
         energies[STORED] += 0.5 * normal * normal * share / stiffness
     memory[FORCE], memory[GAP], memory[TANGENTIAL] = normal, gap, tangential
     return tangential, normal
-
-
-@njit(cache=True)
-def _release(memory: Array, k_t: float) -> float:
-    """Energy left in the tangential element when contact ends within a step: the anchor's slip."""
-    left = 0.5 * memory[TANGENTIAL] ** 2 / k_t if k_t > 0.0 else 0.0
-    memory[FORCE] = memory[TANGENTIAL] = 0.0
-    return left

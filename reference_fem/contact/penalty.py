@@ -1,82 +1,80 @@
-"""Node-to-plane penalty contact with Coulomb friction: one evaluation at one time."""
+"""Node-to-plane penalty contact: springs at the nodes, as stiff as the cells behind them."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from meshes import FingerMesh
+from meshes.topology import numbered, sides
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
-from reference_fem.contact import law
-from reference_fem.contact.friction import drag, first_touch
-from reference_fem.contact.law import ContactLaw, Memory, Motion
+from reference_fem.contact.facet_quadrature import facet_areas, nodal_sums
+from reference_fem.contact.springs import SpringContact, Springs
 
 
 @dataclass(frozen=True)
-class PenaltyContact(ContactLaw):
-    """Springs k_i between nodes and the surface, stuck or sliding on it (see `stiffness`)."""
+class PenaltyContact(SpringContact):
+    """Springs k_i between nodes and the surface, stuck or sliding on it."""
 
-    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
-        """See `contact_forces`."""
-        contact_forces(motion, memory, self.nodes, self.stiffness, self.area, residual, row)
+    @cached_property
+    def springs(self) -> Springs:
+        """One at each node."""
+        area, nothing = self.area[:, None], np.zeros((self.nodes.size, 1))
+        return Springs(
+            self.nodes[:, None], np.ones((1, 1)), area, nothing, self.stiffness[:, None], nothing
+        )
 
 
-@njit(cache=True)
-def contact_forces(
-    motion: Motion,
-    memory: Memory,
-    nodes: Index,
-    stiffness: Array,
-    area: Array,
-    residual: Array,
-    row: Array,
-) -> None:
-    """Subtract the contact forces from the residual and commit the friction history.
+def adjoining_cells(cells: Index, facets: Index) -> Index:
+    """Cell behind each facet, (n_facets,).
 
-        gap     g_i = Y_i + u_yi + H
-        normal  f_ni = k_i max(0, -g_i)
-        friction: return mapping in the plane (X, Z) with the same k_i (see `friction`)
-
-    A node's anchor starts where it crossed the surface, found from its last velocity. The energy
-    of the springs, Σ (f_n² + |f_t|²)/2k, and the dissipation (`friction.slip_loss`) come from gaps
-    and slips, not from the work of the sum of forces.
-
-    Explicit steps accept every evaluation, so the history is committed here, in place.
-
-    motion, memory : see `law`; one site per node. nodes, stiffness, area : (k,).
-    residual : (n_points, dim), internal minus external force, N; changed in place.
-    row : (COLUMNS,), filled with this evaluation's totals; DISSIPATION holds the increment.
+    Raises ValueError: a facet is not a face of exactly one cell.
     """
-    points, displacement, velocity = motion.points, motion.displacement, motion.velocity
-    height, friction, touching = motion.height, motion.friction, memory.touching
-    planar = points.shape[1] == 2
-    row[:] = 0.0
-    lowest = np.inf
-    for j in range(nodes.size):
-        i = nodes[j]
-        gap = points[i, 1] + displacement[i, 1] + height
-        lowest = min(lowest, gap)
-        if gap >= 0.0 and not touching[j]:
-            continue
-        k = stiffness[j]
-        x = points[i, 0] + displacement[i, 0]
-        z = 0.0 if planar else points[i, 2] + displacement[i, 2]
-        if not touching[j]:
-            v_z = 0.0 if planar else velocity[i, 2]
-            first_touch(memory, j, gap, x, z, velocity[i, 0], velocity[i, 1], v_z)
-        normal = max(0.0, -k * gap)
-        force_x, force_z, loss = drag(memory, j, k, x, z, friction * normal)
-        row[law.DISSIPATION] += loss
-        touching[j] = gap < 0.0
-        if gap >= 0.0:
-            continue
-        residual[i, 0] -= force_x
-        residual[i, 1] -= normal
-        if not planar:
-            residual[i, 2] -= force_z
-        size = np.sqrt(force_x * force_x + force_z * force_z)
-        row[law.NORMAL] += normal
-        row[law.TANGENTIAL] += force_x
-        row[law.AREA] += area[j]
-        row[law.EXCESS] = max(row[law.EXCESS], size - friction * normal)
-        row[law.SPRING_ENERGY] += 0.5 * (normal * normal + size * size) / k
-    row[law.GAP] = lowest
+    touched = np.flatnonzero(np.isin(cells, np.unique(facets)).any(axis=1))
+    of_cells = sides(cells[touched])
+    faces, wanted = numbered(of_cells.reshape(-1, facets.shape[1]), facets)
+    count = np.bincount(np.concatenate([faces, wanted]))
+    cell_of = np.full(count.size, -1, dtype=np.int64)
+    cell_of[faces] = np.repeat(touched, of_cells.shape[1])
+    result = cell_of[wanted]
+    if (result < 0).any() or (count[wanted] != 2).any():
+        raise ValueError(
+            "facet set 'surface': holds a facet that is not an outer face of one cell; "
+            "write the facets of the mesh's boundary"
+        )
+    return result
+
+
+def penalty_contact(
+    mesh: FingerMesh, facets: Index, cell_volume: Array, cell_bulk_modulus: Array, factor: float
+) -> PenaltyContact:
+    """k_i = Σ_facets f K A_i / h,  h = V/A, over the facets around node i.
+
+    A is the facet's area, V and K the volume and bulk modulus of the cell behind it, A_i the
+    node's share of A. Summed over one facet this is LS-DYNA's solid segment stiffness f K A²/V
+    (LS-DYNA Theory Manual, 2006, eq. 26.5), spread by area so that k_i/A_i, and with it the
+    traction at a given penetration, does not depend on the node count.
+
+    In two dimensions an edge's area is its length times the mean thickness of its cell: the round
+    section's own thickness vanishes at the outline, and the stiffness would with it.
+
+    facets : (n_facets, 4 | 2). cell_volume, cell_bulk_modulus : (n_cells,). factor : f.
+    """
+    cell = adjoining_cells(mesh.cells, facets)
+    area, share = facet_areas(mesh.points, facets)
+    if mesh.dim == 2:
+        thickness = edge_thickness(mesh.points, mesh.cells[cell], cell_volume[cell])
+        area = area * thickness
+        share = share * thickness[:, None]
+    depth = cell_volume[cell] / area
+    spring = (factor * cell_bulk_modulus[cell] / depth)[:, None] * share
+    return PenaltyContact(*nodal_sums(facets, share), nodal_sums(facets, spring)[1])
+
+
+def edge_thickness(points: Array, cells: Index, cell_volume: Array) -> Array:
+    """Mean thickness (n,) of the plane cells (n, 4) behind edges, m: volume over shoelace area."""
+    x, y = points[cells][..., 0], points[cells][..., 1]
+    area = 0.5 * np.abs(
+        (x[:, 2] - x[:, 0]) * (y[:, 3] - y[:, 1]) - (x[:, 3] - x[:, 1]) * (y[:, 2] - y[:, 0])
+    )
+    return np.asarray(cell_volume / area)

@@ -12,24 +12,32 @@ edge leaves 0.02 %.
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from meshes import FingerMesh
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
-from reference_fem.contact import law
 from reference_fem.contact.facet_quadrature import FacetQuadrature
-from reference_fem.contact.friction import drag, first_touch
-from reference_fem.contact.law import ContactLaw, Memory, Motion
+from reference_fem.contact.springs import SpringContact, Springs
+
+# Distance of nodes from a sphere or cylinder over its radius at which they count as lying on it:
+# mesh files hold single precision at worst.
+ON_IT = 1e-6
 
 
 @dataclass(frozen=True)
-class SurfaceContact(ContactLaw):
+class SurfaceContact(SpringContact):
     """p = max(0, -κ g - c g') at quadrature points of the facets below the surface.
 
+    A point has a spring κ w and a dashpot c w, w its reference area. How far the true surface
+    stands out of the facets is taken along the plane's normal, from which that of a patch of radius
+    a differs by a/R: an error of s (a/R)²/2. Without it a patch grows by whole facets: on a sphere
+    it scatters the peak by up to 1 %.
+
     quadrature : facets, shape functions and weights
-    out : (n_facets, q), how far the body's true surface stands out of the facets (see `rounding`),
-        m
+    out : (n_facets, q), how far the body's true surface stands out of the facets (see
+        `standing_out`), m
     modulus : κ, Pa/m
     viscosity : c, Pa s/m
     """
@@ -39,15 +47,18 @@ class SurfaceContact(ContactLaw):
     modulus: float
     viscosity: float
 
+    @cached_property
+    def springs(self) -> Springs:
+        """Those of the quadrature points."""
+        facets, shape, weight = self.quadrature
+        return Springs(
+            facets, shape, weight, self.out, self.modulus * weight, self.viscosity * weight
+        )
+
     @property
     def damping(self) -> Array:
         """Σ c w N_i (k,), N s/m."""
         return self.viscosity * self.area
-
-    @property
-    def sites(self) -> int:
-        """One entry of history per quadrature point."""
-        return self.quadrature.weight.size
 
     def touching_points(self, position: Array) -> Array:
         """The quadrature points, each lowered to the true surface."""
@@ -55,21 +66,6 @@ class SurfaceContact(ContactLaw):
         points = np.einsum("qa,fad->fqd", self.quadrature.shape, position[facets])
         points[..., 1] -= self.out
         return points.reshape(-1, position.shape[1])
-
-    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
-        """See `surface_forces`."""
-        surface_forces(
-            motion,
-            memory,
-            self.quadrature.facets,
-            self.quadrature.shape,
-            self.quadrature.weight,
-            self.out,
-            self.modulus,
-            self.viscosity,
-            residual,
-            row,
-        )
 
 
 def surface_contact(
@@ -94,97 +90,55 @@ def contact_modulus(factor: float, plane_modulus: float, radius: float) -> float
     return factor * plane_modulus / radius
 
 
-@njit(cache=True)
-def surface_forces(
-    motion: Motion,
-    memory: Memory,
-    facets: Index,
-    shape: Array,
-    weight: Array,
-    out: Array,
-    modulus: float,
-    viscosity: float,
-    residual: Array,
-    row: Array,
-) -> None:
-    """Subtract the contact forces of all facets and commit the friction history.
+def sphere(points: Array) -> tuple[Array, float] | None:
+    """Centre (dim,) and radius of the sphere that all points (n, dim) lie on; None: there is none.
 
-        x_q = Σ_i N_i(q) (X_i + u_i),   g_q = y_q - s_q + H
-        p_q = max(0, -κ g_q - c g_q')  where g_q < 0
-        f_i = Σ_q w_q N_i(q) (p_q e_y + τ_q)
-
-    τ_q by return mapping with the same κ, one anchor per point (see `friction`); an anchor starts
-    where the point crossed the surface. w_q are reference areas.
-
-    s_q is how far the true surface stands out of the facet (`rounding`). Its normal is taken as
-    the plane's, from which that of a patch of radius a differs by a/R: an error of s (a/R)²/2.
-    Without it a patch grows by whole facets: on a sphere it scatters the peak by up to 1 %.
-    A bilinear facet lies between its nodes, so one with all nodes higher above the surface than
-    any point stands out is passed over.
-
-    motion, memory : see `law`; one site per point, tangential forces are tractions times w_q, N.
-    facets : (n_facets, n). shape : (q, n). weight : (n_facets, q), m². out : (n_facets, q), s, m.
-    modulus, viscosity : κ, Pa/m, and c, Pa s/m. residual : (n_points, dim). row : (COLUMNS,).
+    Least squares of |x|² = 2 c·x + (R² - |c|²), which is linear in c and R² - |c|².
     """
-    points, displacement, velocity = motion.points, motion.displacement, motion.velocity
-    height, friction, step = motion.height, motion.friction, motion.step
-    touching = memory.touching
-    planar = points.shape[1] == 2
-    n_q, n = shape.shape
-    row[:] = 0.0
-    lowest, reach = np.inf, out.max()
-    for f in range(facets.shape[0]):
-        low = np.inf
-        for a in range(n):
-            i = facets[f, a]
-            low = min(low, points[i, 1] + displacement[i, 1] + height)
-        if low >= reach:
-            lowest = min(lowest, low)
-            held = False
-            for q in range(n_q):
-                held = held or touching[f * n_q + q]
-            if not held:
-                continue
-        for q in range(n_q):
-            j = f * n_q + q
-            gap, x, z = height - out[f, q], 0.0, 0.0
-            for a in range(n):
-                i = facets[f, a]
-                gap += shape[q, a] * (points[i, 1] + displacement[i, 1])
-                x += shape[q, a] * (points[i, 0] + displacement[i, 0])
-                if not planar:
-                    z += shape[q, a] * (points[i, 2] + displacement[i, 2])
-            lowest = min(lowest, gap)
-            if gap >= 0.0 and not touching[j]:
-                continue
-            v_x, v_y, v_z = 0.0, 0.0, 0.0
-            for a in range(n):
-                i = facets[f, a]
-                v_x += shape[q, a] * velocity[i, 0]
-                v_y += shape[q, a] * velocity[i, 1]
-                if not planar:
-                    v_z += shape[q, a] * velocity[i, 2]
-            if not touching[j]:
-                first_touch(memory, j, gap, x, z, v_x, v_y, v_z)
-            k = modulus * weight[f, q]
-            spring = max(0.0, -k * gap)
-            normal = max(0.0, spring - viscosity * weight[f, q] * v_y) if spring > 0.0 else 0.0
-            force_x, force_z, loss = drag(memory, j, k, x, z, friction * normal)
-            row[law.DISSIPATION] += loss
-            touching[j] = gap < 0.0
-            if gap >= 0.0:
-                continue
-            for a in range(n):
-                i = facets[f, a]
-                residual[i, 0] -= shape[q, a] * force_x
-                residual[i, 1] -= shape[q, a] * normal
-                if not planar:
-                    residual[i, 2] -= shape[q, a] * force_z
-            size = np.sqrt(force_x * force_x + force_z * force_z)
-            row[law.NORMAL] += normal
-            row[law.TANGENTIAL] += force_x
-            row[law.AREA] += weight[f, q]
-            row[law.EXCESS] = max(row[law.EXCESS], size - friction * normal)
-            row[law.SPRING_ENERGY] += 0.5 * (spring * spring + size * size) / k
-            row[law.DAMPING] -= (normal - spring) * v_y * step
-    row[law.GAP] = lowest
+    dim = points.shape[1]
+    if len(points) < dim + 2:  # there always is one
+        return None
+    middle = points.mean(axis=0)
+    size = float(np.abs(points - middle).max())
+    x = (points - middle) / size
+    matrix = np.column_stack([2.0 * x, np.ones(len(x))])
+    found, _, rank, _ = np.linalg.lstsq(matrix, (x * x).sum(axis=1), rcond=1e-9)
+    if rank <= dim:  # in one plane
+        return None
+    radius = float(np.sqrt(found[-1] + found[:-1] @ found[:-1]))
+    if np.abs(np.linalg.norm(x - found[:-1], axis=1) - radius).max() > ON_IT * radius:
+        return None
+    return middle + size * found[:-1], size * radius
+
+
+def standing_out(mesh: FingerMesh, facets: Index, shape: Array) -> Array:
+    """Distance from points of the facets to the tip's true surface, (n_facets, q), m.
+
+    With the centre c and the radius R of the sphere through the nodes of the facet set ``tip``
+    (of the mesh's shape where some nodes hang or stand out),
+
+        R - |x_q - c|               on facets whose nodes lie on the sphere,
+        R - |x_q - c - e (x_q-c)·e|     on those whose nodes lie on the cylinder about e = X that
+                                    the sphere ends in
+
+    and zero on all others, and where the tip is not a sphere.
+
+    shape : (q, n), N_i at the points.
+    """
+    tip = mesh.points[np.unique(mesh.facet_sets.get("tip", np.empty(0, dtype=np.int64)))]
+    ball = sphere(tip)
+    body = mesh.shape
+    if body is not None and body.tip == "hemisphere" and (mesh.ties.size or ball is None):
+        radius = body.radii[-1]  # nodes that hang or stand out lie on no sphere
+        ball = np.eye(mesh.dim)[0] * (body.end + radius), radius
+    out = np.zeros((len(facets), len(shape)))
+    if ball is None:
+        return out
+    centre, radius = ball
+    arm = mesh.points - centre
+    inside = np.einsum("qa,fad->fqd", shape, arm[facets])
+    for first in (1, 0):  # the cylinder, then the sphere, which prevails where both hold
+        lies = np.abs(np.linalg.norm(arm[:, first:], axis=1) - radius) <= ON_IT * radius
+        on = lies[facets].all(axis=1)
+        out[on] = radius - np.linalg.norm(inside[on][..., first:], axis=2)
+    return out

@@ -10,11 +10,9 @@ import numpy as np
 
 from reference_fem.coarse_flight import CoarseFlight
 from reference_fem.contact.law import COLUMNS
-from reference_fem.dynamics.loop_state import LoopState, pack
-from reference_fem.dynamics.recorder import Fields
+from reference_fem.dynamics.recorder import SINGLE, THINNED, Fields
 from reference_fem.dynamics.restart import Arrays
-from reference_fem.dynamics.state import State
-from reference_fem.dynamics.tap import Tap
+from reference_fem.dynamics.state import LoopState, State, Tap, pack
 from reference_fem.model import Model
 from reference_fem.result import Sample
 
@@ -22,7 +20,7 @@ from reference_fem.result import Sample
 _OF_A_TAP = ("tap.first_touch_s", "tap.last_touch_s", "tap.tip_velocity")
 
 
-def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None = None) -> None:
+def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None) -> None:
     """Check the arrays that a loop state and a recorder are to be made from.
 
     A state in a coarse flight is on the flight's mesh, with nothing recorded yet.
@@ -43,20 +41,21 @@ def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None = N
     samples = {f.name: () for f in fields(Sample)} | {
         "tip_position_m": (2,),
         "tip_velocity_m_per_s": (2,),
-        "hinge_reactions_N": (model.hinges.count, 2),
+        "hinge_reactions_N": (model.hinges.size, 2),
     }
     shown = {f.name: () for f in fields(Fields)} | {
         "displacement": whole,
         "velocity": whole,
         "pressure": points,
     }
-    for group, shapes in (("flight", samples), ("window", samples), ("fields", shown)):
+    shapes = {Sample: samples, Fields: shown}
+    for group, kind in THINNED.items():
         _check(archive, f"{group}.counts", (2,), "i")
         if archive[f"{group}.counts"].min() < 0 or archive[f"{group}.counts"][0] == 0:
             raise ValueError(f"{group}.counts are not a stride and a count")
-        _check_group(archive, group, shapes)
-    for group, shapes in (("last", samples), ("latest", shown), ("peak", shown)):
-        _check_group(archive, group, shapes, most=1)
+        _check_group(archive, group, shapes[kind])
+    for group, kind in SINGLE.items():
+        _check_group(archive, group, shapes[kind], most=1)
     if "log" in archive or "log.time" in archive:
         _check_rows(archive, {"log": (COLUMNS,), "log.time": ()})
 

@@ -10,12 +10,11 @@ from reference_fem.cautions import Evidence, cautions
 from reference_fem.coarse_flight import FLIGHT_BLOCK, SPEED_MARGIN, CoarseFlight
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.guards import failure
-from reference_fem.dynamics.loop_state import LoopState, pack
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
-from reference_fem.dynamics.state import State
+from reference_fem.dynamics.state import LoopState, State, Tap, pack
 from reference_fem.dynamics.step import advance, lowest_gap
-from reference_fem.dynamics.tap import Tap, ending, tap_after
+from reference_fem.dynamics.tap import ending, tap_after
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, Status, Summary, TapResult
 from reference_fem.settings import Settings
@@ -90,11 +89,7 @@ def explicit_tap(
             _report(model, settings, now, reporting, recorder)
     except KeyboardInterrupt:
         message = f"interrupted at step {now.state.step}, t = {now.state.time_s:.6g} s"
-    if status.advice:
-        message = f"{message}: {status.advice}"
-    if reporting.restart is not None and reporting.restart.problem:
-        message = f"{message}; {reporting.restart.problem}"
-    return _result(model, settings, now, reporting, recorder, status, message)
+    return ended(model, settings, now, reporting, recorder, status, message)
 
 
 def _report(
@@ -109,7 +104,7 @@ def _report(
         progress(*_progress(model, settings, now))
 
 
-def _result(
+def ended(
     model: Model,
     settings: Settings,
     now: LoopState,
@@ -118,7 +113,11 @@ def _result(
     status: Status,
     message: str,
 ) -> TapResult:
-    """The result of a run that has ended."""
+    """The result of a run that has ended, its message with advice and any trouble on the way."""
+    if status.advice:
+        message = f"{message}: {status.advice}"
+    if reporting.restart is not None and reporting.restart.problem:
+        message = f"{message}; {reporting.restart.problem}"
     forces, history, tap = recorder.forces(), recorder.history(), now.tap
     kinetic, error = now.largest_kinetic_J, now.largest_error_J
     summary = summarize(

@@ -62,6 +62,10 @@ class Fields:
     normal_force_N: float
 
 
+# Kinds of items by group: those that are thinned, and those of which there is none or one (the last
+# sample, the last fields and those at peak force).
+THINNED: dict[str, type] = {"flight": Sample, "window": Sample, "fields": Fields}
+SINGLE: dict[str, type] = {"last": Sample, "latest": Fields, "peak": Fields}
 # Shapes of a history without samples, where they are not (0,).
 _EMPTY = {"tip_position_m": (0, 2), "tip_velocity_m_per_s": (0, 2), "hinge_reactions_N": (0, 0, 2)}
 
@@ -70,29 +74,25 @@ class Recorder:
     """Samples, forces and fields of one run, in flight and in the contact window."""
 
     def __init__(self, settings: Settings) -> None:
-        self._flight: Thinned[Sample] = Thinned(settings.max_samples)
-        self._window: Thinned[Sample] = Thinned(settings.max_samples)
-        self._fields: Thinned[Fields] = Thinned(settings.snapshots)
-        # The last sample, the last fields and those at peak force: none or one in each list.
-        self._last: list[Sample] = []
-        self._latest: list[Fields] = []
-        self._peak: list[Fields] = []
+        most = {Sample: settings.max_samples, Fields: settings.snapshots}
+        self._thinned = {group: Thinned[Any](most[kind]) for group, kind in THINNED.items()}
+        self._single: dict[str, list[Any]] = {group: [] for group in SINGLE}
         self._logs: list[Array] = []
         self._times: list[Array] = []
 
     def add(self, model: Model, state: State, block: Block, taken: Sample) -> None:
         """Record `state`, the block that started there and its audit."""
-        self._last = [taken]
-        (self._window if block.searched else self._flight).offer(taken)
+        self._single["last"] = [taken]
+        self._thinned["window" if block.searched else "flight"].offer(taken)
         force = taken.normal_force_N
         # States are never written to again, so they can be held without a copy.
         shown = Fields(state.time_s, state.displacement, block.velocity, block.pressure, force)
-        self._latest = [shown]
+        self._single["latest"] = [shown]
         if not block.searched:
             return
-        self._fields.offer(shown)
-        if force > max((peak.normal_force_N for peak in self._peak), default=0.0):
-            self._peak = [shown]
+        self._thinned["fields"].offer(shown)
+        if force > max((peak.normal_force_N for peak in self._single["peak"]), default=0.0):
+            self._single["peak"] = [shown]
         steps = np.arange(len(block.log), dtype=np.float64)
         times: Array = state.time_s + model.step_s * steps
         self._times.append(times)
@@ -114,17 +114,18 @@ class Recorder:
 
     def history(self) -> History:
         """The samples as arrays."""
-        samples = [*self._flight.items, *self._window.items]
+        samples = [*self._thinned["flight"].items, *self._thinned["window"].items]
         if not samples:
             return History(**{f.name: np.empty(_EMPTY.get(f.name, 0)) for f in fields(History)})
-        samples += [last for last in self._last if last.time_s != samples[-1].time_s]
+        samples += [last for last in self._single["last"] if last.time_s != samples[-1].time_s]
         samples.sort(key=lambda item: item.time_s)
         return History(**_columns(samples))
 
     def snapshots(self, model: Model) -> tuple[Snapshot, ...]:
         """Equally spaced fields, the last ones, and those at peak."""
-        shown = {f.time_s: f for f in (*self._fields.items, *self._latest, *self._peak)}
-        peaks = [peak.time_s for peak in self._peak]
+        latest, at_peak = self._single["latest"], self._single["peak"]
+        shown = {f.time_s: f for f in (*self._thinned["fields"].items, *latest, *at_peak)}
+        peaks = [peak.time_s for peak in at_peak]
         return tuple(
             Snapshot(
                 time_s=time_s,
@@ -139,22 +140,14 @@ class Recorder:
 
     def archive(self) -> dict[str, NDArray[Any]]:
         """All that it holds as arrays, for a restart file."""
-        groups: dict[str, Sequence[Sample | Fields]] = {
-            "flight": self._flight.items,
-            "window": self._window.items,
-            "fields": self._fields.items,
-            "last": self._last,
-            "latest": self._latest,
-            "peak": self._peak,
-        }
+        thinned = {group: kept.items for group, kept in self._thinned.items()}
         arrays: dict[str, NDArray[Any]] = {
             f"{group}.{name}": column
-            for group, items in groups.items()
+            for group, items in (thinned | self._single).items()
             for name, column in (_columns(items) if items else {}).items()
         }
-        arrays["flight.counts"] = np.array(self._flight.counts())
-        arrays["window.counts"] = np.array(self._window.counts())
-        arrays["fields.counts"] = np.array(self._fields.counts())
+        for group, kept in self._thinned.items():
+            arrays[f"{group}.counts"] = np.array(kept.counts())
         if self._logs:
             arrays["log"] = np.concatenate(self._logs)
             arrays["log.time"] = np.concatenate(self._times)
@@ -162,12 +155,9 @@ class Recorder:
 
     def restore(self, arrays: Mapping[str, NDArray[Any]]) -> None:
         """Continue from the `archive` of another recorder."""
-        self._flight.restore(arrays["flight.counts"], _rows(Sample, arrays, "flight"))
-        self._window.restore(arrays["window.counts"], _rows(Sample, arrays, "window"))
-        self._fields.restore(arrays["fields.counts"], _rows(Fields, arrays, "fields"))
-        self._last = _rows(Sample, arrays, "last")
-        self._latest = _rows(Fields, arrays, "latest")
-        self._peak = _rows(Fields, arrays, "peak")
+        for group, kept in self._thinned.items():
+            kept.restore(arrays[f"{group}.counts"], _rows(THINNED[group], arrays, group))
+        self._single = {group: _rows(kind, arrays, group) for group, kind in SINGLE.items()}
         if "log" in arrays:
             self._logs, self._times = [arrays["log"]], [arrays["log.time"]]
 

@@ -6,12 +6,12 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
-from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Motion
+from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Memory, Motion
 from reference_fem.dynamics.central_difference import leapfrog
 from reference_fem.dynamics.state import State
-from reference_fem.joints.hinges import hinge_reactions
+from reference_fem.joints.hinges import Hinges, hinge_reactions
 from reference_fem.model import Model
-from reference_fem.ties import follow, hand_on
+from reference_fem.ties import Ties, follow, hand_on
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,8 @@ def start_state(
         model.kernel.damped_force(state.displacement, state.velocity, 0.0, residual)
     else:
         model.kernel.internal_force(state.displacement, residual)
-    _less_external(model, state, model.torques.at(time_s), residual, False, np.zeros(COLUMNS))
+    motion = _motion(model, state.displacement, state.velocity)
+    _less_external(model, motion, model.torques.at(time_s), residual)
     half = -0.5 * model.step_s
     back = state.velocity - (half * model.inverse_mass)[:, None] * residual
     back[:, :2] += half * np.array(model.gravity_vector)
@@ -107,7 +108,8 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
 
     search : False skips contact: the caller knows that the surface is out of reach.
     """
-    first = replace(state, memory=state.memory.copy())
+    memory = state.memory.copy()
+    touching = memory if search else None
     residual = np.empty_like(state.displacement)
     log = np.zeros((steps, COLUMNS))
     log[:, GAP] = np.inf
@@ -123,12 +125,12 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         stored, hourglass = kernel.audited_force(state.displacement, residual)
     lost_before = lost
     torques, torque_change_work = model.torques.at(state.time_s), state.torque_change_work_J
-    reactions = _less_external(model, first, torques, residual, search, log[0], pressure)
-    constants = model.inverse_mass, model.gravity_vector, model.step_s
     u, v = state.displacement.copy(), state.velocity.copy()
+    motion = _motion(model, u, v)
+    reactions = _less_external(model, motion, torques, residual, touching, log[0], pressure)
+    constants = model.inverse_mass, model.gravity_vector, model.step_s
     leapfrog(u, v, residual, *constants)
     synchronous = 0.5 * (state.velocity + v)
-    work = replace(first, displacement=u, velocity=v)
     for number in range(1, steps + 1):
         if not model.torques.steady:
             before, torques = torques, model.torques.at(state.time_s + number * model.step_s)
@@ -143,14 +145,16 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
             lost += model.step_s * kernel.damped_force(u, v, lag, residual)[2]
         else:
             kernel.internal_force(u, residual)
-        _less_external(model, work, torques, residual, search, log[number])
+        _less_external(model, motion, torques, residual, touching, log[number])
         leapfrog(u, v, residual, *constants)
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
     log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
-    after = replace(
-        work,
+    after = State(
         step=state.step + steps,
         time_s=state.time_s + steps * model.step_s,
+        displacement=u,
+        velocity=v,
+        memory=memory,
         dissipation_J=float(log[-1, DISSIPATION]),
         damping_J=float(log[-1, DAMPING]),
         material_J=lost,
@@ -172,67 +176,62 @@ def _face_angles(model: Model, displacement: Array, near: Array) -> Array:
     return np.array([couple.section.angle(displacement, close) for couple, close in turned])
 
 
+def _motion(model: Model, displacement: Array, velocity: Array) -> Motion:
+    """The motion of a model whose displacement and velocity change in place."""
+    return Motion(
+        points=model.points,
+        displacement=displacement,
+        velocity=velocity,
+        inverse_mass=model.inverse_mass,
+        gravity_vector=model.gravity_vector,
+        step=model.step_s,
+        height=model.surface.height,
+        friction=model.surface.friction,
+    )
+
+
 def _less_external(
     model: Model,
-    state: State,
+    motion: Motion,
     torques: Array,
     residual: Array,
-    search: bool,
-    row: Array,
+    memory: Memory | None = None,
+    row: Array | None = None,
     pressure: Array | None = None,
 ) -> Array:
     """Subtract contact, couples and hinge reactions, which it returns (P, 2), from the residual.
 
-    Contact comes after all else that acts on its nodes, which a constraint needs to know. Its
-    history is committed; `row` and, if given, `pressure` (n_points,) are filled.
+    Contact, if its `memory` is given, comes after all else that acts on its nodes, which a
+    constraint needs to know. Its history is committed; `row` and, if given, `pressure` (n_points,)
+    are filled.
     """
-    u, velocity = state.displacement, state.velocity
     for couple in model.couples:
-        couple.section.apply_couple(couple.sign * torques[couple.joint], u, residual)
-    hand_on(residual, model.ties)
-    if model.symmetry.size:
-        _hold(residual, model.symmetry)
-    if search:
-        motion = Motion(
-            points=model.points,
-            displacement=u,
-            velocity=velocity,
-            inverse_mass=model.inverse_mass,
-            gravity_vector=model.gravity_vector,
-            step=model.step_s,
-            height=model.surface.height,
-            friction=model.surface.friction,
-        )
+        torque = couple.sign * torques[couple.joint]
+        couple.section.apply_couple(torque, motion.displacement, residual)
+    if memory is not None and row is not None:
+        _hand_on(residual, model.ties, model.symmetry)
         nodes = model.contact.nodes
         before = None if pressure is None else residual[nodes, 1]
-        model.contact.apply(motion, state.memory, residual, row)
+        model.contact.apply(motion, memory, residual, row)
         if pressure is not None and before is not None:
             pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
-        hand_on(residual, model.ties)
-        if model.symmetry.size:
-            _hold(residual, model.symmetry)
-    hinges = model.hinges
-    reactions = np.zeros((hinges.count, 2))
-    if hinges.count:
-        hinge_reactions(
-            u,
-            velocity,
-            residual,
-            model.inverse_mass,
-            model.gravity_vector,
-            model.step_s,
-            hinges.nodes,
-            hinges.weights,
-            hinges.starts,
-            hinges.inverse_schur,
-            reactions,
-        )
-    follow(residual, model.inverse_mass, model.ties)
+    return np.asarray(_constrain(motion, residual, model.ties, model.symmetry, model.hinges))
+
+
+@njit(cache=True)
+def _constrain(
+    motion: Motion, residual: Array, ties: Ties, symmetry: Index, hinges: Hinges
+) -> Array:
+    """Residual of the constrained motion in place of that of the forces; hinge reactions, N."""
+    _hand_on(residual, ties, symmetry)
+    reactions = hinge_reactions(motion, hinges, residual)
+    follow(residual, motion.inverse_mass, ties)
     return reactions
 
 
 @njit(cache=True)
-def _hold(residual: Array, nodes: Index) -> None:
-    """r_z = 0 on the symmetry plane, where u_z and v_z start at zero: u_z stays zero."""
-    for j in range(nodes.size):
-        residual[nodes[j], 2] = 0.0
+def _hand_on(residual: Array, ties: Ties, symmetry: Index) -> None:
+    """See `ties.hand_on`; r_z = 0 on the symmetry plane, where u_z and v_z start and stay zero."""
+    hand_on(residual, ties)
+    for j in range(symmetry.size):
+        residual[symmetry[j], 2] = 0.0

@@ -1,12 +1,10 @@
 """When a tap begins, and when it is over."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from reference_fem.arrays import Array
 from reference_fem.contact.law import NORMAL
-from reference_fem.dynamics.state import State
+from reference_fem.dynamics.state import State, Tap
 from reference_fem.dynamics.step import Block, advance
 from reference_fem.model import Model
 from reference_fem.result import Status
@@ -20,18 +18,8 @@ SAME_TAP = 2.0
 NEVER = 1e12
 
 
-@dataclass(frozen=True)
-class Tap:
-    """What is known of the first tap so far: absolute times and the pole's velocity."""
-
-    first_touch_s: float | None = None
-    last_touch_s: float | None = None
-    over: bool = False
-    tip_velocity: tuple[float, float] | None = None
-
-
 def tap_after(
-    model: Model, tap: Tap, state: State, block: Block, touch_in_s: float, until_s: float = 0.0
+    model: Model, tap: Tap, state: State, block: Block, touch_in_s: float, until_s: float
 ) -> Tap:
     """The tap after a block that started from `state`.
 

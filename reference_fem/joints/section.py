@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,12 +10,11 @@ from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
 
 
-@dataclass(frozen=True)
-class Section:
+class Section(NamedTuple):
     """Nodes that turn together in the plane of motion.
 
     nodes : (k,)
-    arms : (k, 2), reference arms X_i from the set's mass centre, m
+    arms : (k, 2), reference arms X_i from the set's mass centre, m: Σ m_i X_i = 0
     masses : (k,)
     """
 
@@ -27,7 +27,7 @@ class Section:
 
         NaN where the displacement is not finite.
         """
-        sine, cosine = cross_and_dot(displacement, self.nodes, self.arms, self.masses)
+        sine, cosine = cross_and_dot(displacement, *self)
         angle = math.atan2(sine, cosine)
         if math.isnan(angle):  # the run has diverged: its audit says so
             return angle
@@ -35,7 +35,7 @@ class Section:
 
     def apply_couple(self, torque: float, displacement: Array, residual: Array) -> None:
         """Subtract the nodal forces of a torque about Z, N·m, from the residual."""
-        apply_couple(torque, displacement, self.nodes, self.arms, self.masses, residual)
+        apply_couple(torque, displacement, *self, residual)
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,10 @@ def build_section(points: Array, nodes: Index, lumped_mass: Array) -> Section:
 def cross_and_dot(
     displacement: Array, nodes: Index, arms: Array, masses: Array
 ) -> tuple[float, float]:
-    """S = Σ m_i e_z·(X_i x x_i) and C = Σ m_i X_i·x_i.
+    """S = Σ m_i e_z·(X_i x x_i) and C = Σ m_i X_i·x_i, from which the current centre drops out.
 
-    X_i (k, 2) are the arms from the set's mass centre in the reference configuration, so that
-    the current centre drops out: Σ m_i X_i = 0. tan θ = S/C maximizes Σ m_i x_i·R(θ) X_i, the
-    least-squares rotation (Kabsch 1976, in the plane).
+    tan θ = S/C maximizes Σ m_i x_i·R(θ) X_i, the least-squares rotation (Kabsch 1976, in the
+    plane).
     """
     sine = 0.0
     cosine = 0.0
@@ -81,12 +80,7 @@ def cross_and_dot(
 
 @njit(cache=True)
 def apply_couple(
-    torque: float,
-    displacement: Array,
-    nodes: Index,
-    arms: Array,
-    masses: Array,
-    residual: Array,
+    torque: float, displacement: Array, nodes: Index, arms: Array, masses: Array, residual: Array
 ) -> None:
     """f_i = t ∂θ/∂x_i = t m_i e_z x R(θ) X_i / ρ,  ρ = Σ m_j x_j·R(θ) X_j.
 

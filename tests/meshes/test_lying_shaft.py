@@ -9,7 +9,7 @@ import meshes
 from meshes.full_volume import from_contact
 from meshes.plan import plan_finger
 from meshes.quality import scaled_jacobians, volumes
-from reference_fem.joints.mean_position import mean_weights
+from reference_fem.joints.hinges import mean_weights
 from tests.meshes.fingers import BUILD, PAPER, L, R
 from tests.meshes.lengths import edge_lengths
 

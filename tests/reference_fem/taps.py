@@ -7,7 +7,8 @@ import numpy as np
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
+from reference_fem.dynamics.state import LoopState
+from reference_fem.dynamics.step import start_state
 from reference_fem.model import Model, build_model
 
 SOFT = (rf.Material(1e9, 0.4, 1400.0),) * 3
@@ -38,7 +39,8 @@ def throw(
     v, u = np.zeros_like(model.points), np.zeros_like(model.points)
     v[:, : np.shape(velocity)[-1]] = velocity
     u += displacement
-    return explicit_tap(model, settings, first_loop_state(model, u, v, 0.0, None))
+    start = LoopState(start_state(model, u, v, 0.0), 0.0, origin_energy_J=None)
+    return explicit_tap(model, settings, start)
 
 
 def tap(

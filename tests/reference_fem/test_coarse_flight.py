@@ -18,8 +18,8 @@ from reference_fem.coarse_flight import (
     moving_least_squares,
 )
 from reference_fem.dynamics.energy import sample
-from reference_fem.dynamics.loop_state import first_loop_state
-from reference_fem.dynamics.step import advance
+from reference_fem.dynamics.state import LoopState
+from reference_fem.dynamics.step import advance, start_state
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start, pose
 from tests.reference_fem.taps import GEOMETRY, SURFACE
@@ -85,7 +85,7 @@ def test_a_bending_wave_is_taken_over_in_third_order(dim: int, counts: tuple[int
 
 def test_momenta_and_hinges_are_kept_and_energy_almost(over: CoarseFlight) -> None:
     rest, hinges = np.zeros_like(over.model.points), over.to.hinges
-    now = first_loop_state(over.model, rest, rest, 0.0)
+    now = LoopState(start_state(over.model, rest, rest, 0.0), 0.0)
     now = replace(now, state=advance(over.model, now.state, 3000, False)[0], coarse=True)
     block = advance(over.model, now.state, 1, False)[1]
     before, after = (now.state.displacement, block.velocity), over.handed_over(now)

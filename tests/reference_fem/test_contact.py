@@ -12,8 +12,7 @@ from reference_fem import Material, Settings, Status, Surface
 from reference_fem.contact.friction import drag, return_map
 from reference_fem.contact.impulse import impulse_forces
 from reference_fem.contact.law import COLUMNS, DISSIPATION, TANGENTIAL, Memory, Motion
-from reference_fem.contact.penalty import contact_forces
-from reference_fem.contact.stiffness import adjoining_cells, penalty_contact
+from reference_fem.contact.penalty import PenaltyContact, adjoining_cells, penalty_contact
 from reference_fem.stable_step import stable_step
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import SURFACE, body, throw
@@ -82,9 +81,7 @@ def test_stiffness_is_f_k_a2_over_v_and_spread_by_area() -> None:
     mesh = boxes((0.06,), (0.01, 0.02), (3, 2, 2), hinged=False)
     volume = np.full(len(mesh.cells), 0.02 * 0.005 * 0.01)
     facets = mesh.facet_sets["surface"]
-    surface = penalty_contact(
-        mesh.points, mesh.cells, facets, volume, np.full(len(volume), 2e9), 0.1
-    )
+    surface = penalty_contact(mesh, facets, volume, np.full(len(volume), 2e9), 0.1)
     area = 0.02 * 0.01
     assert surface.stiffness.sum() == pytest.approx(len(facets) * 0.1 * 2e9 * area**2 / volume[0])
     assert surface.area.sum() == pytest.approx(0.06 * 0.02)
@@ -145,9 +142,10 @@ def rebound(share: float, phase: float) -> float:
     )  # fmt: skip
     memory = Memory(np.zeros(1, dtype=np.bool_), np.zeros((1, 1)), np.zeros((1, 1)))
     spring, row = np.array([4.0 * share * share]), np.zeros(COLUMNS)
+    law = PenaltyContact(np.zeros(1, np.int64), np.ones(1), spring)
     while motion.displacement[0, 1] < 0.0:
         residual = np.zeros((1, 2))
-        contact_forces(motion, memory, np.zeros(1, np.int64), spring, np.ones(1), residual, row)
+        law.apply(motion, memory, residual, row)
         motion.velocity[:] -= residual
         motion.displacement[:] += motion.velocity
     return float(motion.velocity[0, 1])

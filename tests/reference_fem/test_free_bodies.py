@@ -182,7 +182,7 @@ def test_hinged_boxes_follow_the_rigid_chain(drive: dict[str, Any]) -> None:
         )
         state, _ = advance(model, state, 4000 if young == 1e8 else 8000, False)
         hinges = model.hinges
-        for h in range(hinges.count):
+        for h in range(hinges.size):
             own = slice(hinges.starts[h], hinges.starts[h + 1])
             violation = hinges.weights[own] @ state.displacement[hinges.nodes[own], :2]
             assert np.abs(violation).max() < 1e-15  # round-off of displacements of 0.05 m
@@ -202,7 +202,7 @@ def test_hinge_closes_an_open_gap_in_one_step() -> None:
     open_hinge[model.body_of_point == 1, 0] = 1e-7
     state, _ = advance(model, replace(state, displacement=open_hinge), 1, False)
     hinges = model.hinges
-    for h in range(hinges.count):
+    for h in range(hinges.size):
         own = slice(hinges.starts[h], hinges.starts[h + 1])
         assert abs(hinges.weights[own] @ state.displacement[hinges.nodes[own], 0]) < 1e-21
 

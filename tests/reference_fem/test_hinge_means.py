@@ -9,7 +9,7 @@ import meshes
 from meshes.quality import volumes
 from meshes.topology import outer_facets
 from reference_fem import Drive, Material, Settings, Surface
-from reference_fem.joints.mean_position import mean_weights
+from reference_fem.joints.hinges import mean_weights
 from reference_fem.model import build_model
 from tests.reference_fem.boxes import boxes
 

@@ -10,8 +10,7 @@ import meshes
 from meshes.ball import half_ball
 from reference_fem.contact.facet_quadrature import facet_quadrature
 from reference_fem.contact.law import COLUMNS, NORMAL, Memory, Motion
-from reference_fem.contact.rounding import sphere, standing_out
-from reference_fem.contact.surface import SurfaceContact, surface_contact
+from reference_fem.contact.surface import SurfaceContact, sphere, standing_out, surface_contact
 from tests.reference_fem.boxes import boxes
 
 R = 0.0075

@@ -13,8 +13,8 @@ import meshes
 import reference_fem as rf
 from reference_fem.cautions import contact_edge_ratio, spike
 from reference_fem.dynamics import guards
+from reference_fem.dynamics.guards import touching_det
 from reference_fem.dynamics.tap import NEVER, next_touch_s
-from reference_fem.dynamics.touching_det import touching_det
 from reference_fem.elements.geometry import geometries
 from reference_fem.error_cautions import flutter
 from reference_fem.model import Model

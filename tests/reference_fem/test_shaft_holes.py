@@ -7,7 +7,7 @@ from scipy.integrate import solve_ivp
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.step import advance, start_state
-from reference_fem.joints.mean_position import mean_weights
+from reference_fem.joints.hinges import mean_weights
 from reference_fem.model import Model, build_model
 from reference_fem.rigid_chain import ChainState, pose
 
@@ -48,7 +48,7 @@ def test_hinges_close_and_turning_about_the_shafts_costs_nothing(model: Model) -
     state = ChainState(np.array([0.3, -0.8, 2.5]), np.zeros(3), 0.0)
     displacement, _ = pose(model.chain, state, model.points, model.body_of_point)
     hinges = model.hinges
-    for h in range(hinges.count):
+    for h in range(hinges.size):
         own = slice(hinges.starts[h], hinges.starts[h + 1])
         gap = hinges.weights[own] @ displacement[hinges.nodes[own], :2]
         assert np.abs(gap).max() < 1e-15

@@ -20,7 +20,8 @@ from hcm.contact.law import COMPRESSION, IN_FLIGHT, STICK, ContactState
 from hcm.contact.round_tip_kinematics import begin_mode, commit_history, subtract_force
 from meshes.ball import half_ball
 from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
+from reference_fem.dynamics.state import LoopState
+from reference_fem.dynamics.step import start_state
 from reference_fem.model import build_model
 from validation.harness.interrupts import unless_interrupted
 from validation.studies.evidence.mindlin import FRICTION, spin
@@ -87,7 +88,8 @@ def by_elements(
     model = build_model(mesh, (fem.Material(1.0, poisson, density),), *given)
     velocity = np.zeros_like(model.points)
     velocity[:, :2] = x * FRICTION * speed, -speed
-    start = first_loop_state(model, np.zeros_like(velocity), velocity, 0.0, None)
+    state = start_state(model, np.zeros_like(velocity), velocity, 0.0)
+    start = LoopState(state, 0.0, origin_energy_J=None)
     run = unless_interrupted(explicit_tap(model, settings, start))
     if run.status is not fem.Status.COMPLETED:
         raise ArithmeticError(run.message)

@@ -29,7 +29,7 @@ BY_CENTRE = 0.06
 
 def momentum(result: TapResult, model: Model) -> Iterator[str]:
     """A sentence where the body's momentum is not what weight, torques and contact gave it."""
-    hinged = model.hinges.count > 0
+    hinged = model.hinges.size > 0
     gained, given, impulse = (_angular if hinged else _linear)(result, model)
     bound = (BY_CENTRE if hinged else EXACT) * impulse
     off = np.abs(gained - gained[0] - (given - given[0])).max()

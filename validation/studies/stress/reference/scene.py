@@ -11,7 +11,8 @@ import meshes
 import reference_fem as rf
 from meshes.topology import outer_facets, structured
 from reference_fem.dynamics.loop import explicit_tap
-from reference_fem.dynamics.loop_state import first_loop_state
+from reference_fem.dynamics.state import LoopState
+from reference_fem.dynamics.step import start_state
 from reference_fem.model import Model, build_model
 
 Body = Literal["block", "finger"]
@@ -140,4 +141,5 @@ class ReferenceScene:
         lead = self.speed * SIDE / self.material.bar_speed / 20.0
         surface = rf.Surface(lead - lowest, self.friction)
         model = build_model(mesh, (self.material,), surface, rf.Drive(), self.settings)
-        return explicit_tap(model, self.settings, first_loop_state(model, u, v, 0.0, None)), model
+        start = LoopState(start_state(model, u, v, 0.0), 0.0, origin_energy_J=None)
+        return explicit_tap(model, self.settings, start), model

@@ -21,8 +21,8 @@ import numpy as np
 
 from hcm.arrays import Floats, Ints
 from hcm.beam.drive import acting_joints, piece_at, torques_on_nodes
-from hcm.beam.element import UNIT_MASS, fill_matrices
-from hcm.compiled import ByKind, kernel_with
+from hcm.beam.element import UNIT_MASS, Three, fill_matrices
+from hcm.compiled import ByKind, kernel, kernel_with
 from hcm.parameters import Drive, Finger, Phalanx
 
 
@@ -76,6 +76,14 @@ class Probe(NamedTuple):
     youngs_modulus: float
     radius: float
     rigidity: float
+
+
+@kernel
+def stiffness(e: int, share: float, chain: Chain) -> Three:
+    """`share` of E A l, 4 E I/l and 2 E I/l of element e, N m."""
+    bending = chain.bending[e]
+    axial = share * chain.axial_stiffness[e] * chain.length[e]
+    return axial, share * bending[1, 1], share * bending[1, 3]
 
 
 def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
@@ -133,10 +141,7 @@ def fill_chain(
         chain.scale[place] = chain.scale[place + 1] = per_length * el
         # w int S dx = w (l/2, l^2/12, l/2, -l^2/12), w = rho A f, on each element's nodes
         force_x, force_y = per_length * f[0] * el / 2.0, per_length * f[1] * el / 2.0
-        moment_x, moment_y = (
-            per_length * f[0] * el**2 / 12.0,
-            per_length * f[1] * el**2 / 12.0,
-        )
+        moment_x, moment_y = per_length * f[0] * el**2 / 12.0, per_length * f[1] * el**2 / 12.0
         for i in range(counts[w] + 1):
             node = place + 2 + 4 * i
             rest[node], rest[node + 2] = -(arc + el * i), -1.0

@@ -18,7 +18,9 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.compiled import kernel, kernel_with
 
+Three = tuple[float, float, float]
 Four = tuple[float, float, float, float]
+Five = tuple[float, float, float, float, float]
 Six = tuple[float, float, float, float, float, float]
 
 
@@ -51,13 +53,35 @@ def fill_matrices(
 
 
 @kernel
-def polynomial(c: float, g1: float, g2: float) -> tuple[float, float, float]:
+def shape_of(qe: Floats, length: float) -> Six:
+    """Chord c = (r_2 - r_1)/l and slopes r'_1, r'_2 of an element, X before Y, of which its strains
+    are functions; with velocities for its coordinates qe (8,), their rates.
+    """
+    return (qe[4] - qe[0]) / length, (qe[5] - qe[1]) / length, qe[2], qe[3], qe[6], qe[7]
+
+
+@kernel
+def polynomial(c: float, g1: float, g2: float) -> Three:
     """Coefficients of one component of r' = A + B t + C t^2, t = 2 x/l - 1 in [-1, 1].
 
     c is the chord (r_2 - r_1)/l, all that strains need of the positions; it avoids the cancellation
     in S q. g1, g2 are the slopes r'_1, r'_2.
     """
     return 1.5 * c - 0.25 * (g1 + g2), 0.5 * (g2 - g1), 0.75 * (g1 + g2) - 1.5 * c
+
+
+@kernel
+def polynomials(shape: Six) -> Six:
+    """`polynomial` of both components, X before Y, of a shape or of its rates."""
+    cx, cy, g1x, g1y, g2x, g2y = shape
+    return polynomial(cx, g1x, g2x) + polynomial(cy, g1y, g2y)
+
+
+@kernel
+def deviations(shape: Six) -> Four:
+    """alpha_i = r'_i - c, the slopes' deviation from the chord."""
+    cx, cy, g1x, g1y, g2x, g2y = shape
+    return g1x - cx, g1y - cy, g2x - cx, g2y - cy
 
 
 @kernel_with("contract", forceinline=True)
@@ -70,10 +94,9 @@ def over(x: float, by: float, inverse: float) -> float:
 
 
 @kernel
-def moments(
-    c0: float, c1: float, c2: float, c3: float, c4: float
-) -> tuple[float, float, float, float, float]:
-    """Means over the element of t^k p(t), k = 0..4, for the quartic p = c0 + c1 t + .. + c4 t^4."""
+def moments(quartic: Five) -> Five:
+    """Means over the element of t^k p(t), k = 0..4, for p = c0 + c1 t + .. + c4 t^4."""
+    c0, c1, c2, c3, c4 = quartic
     return (
         c0 + over(c2, 3.0, 1.0 / 3.0) + over(c4, 5.0, 0.2),
         over(c1, 3.0, 1.0 / 3.0) + over(c3, 5.0, 0.2),
@@ -84,16 +107,25 @@ def moments(
 
 
 @kernel
-def axial_force(
-    cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
-    mean: tuple[float, float, float, float, float], axial: float,
-) -> Six:  # fmt: skip
+def axial_strain(shape: Six) -> Five:
+    """Coefficients of the quartic e(t) = (r'.r' - 1)/2."""
+    ax, bx, dx, ay, by, dy = polynomials(shape)
+    return (
+        0.5 * (ax * ax + ay * ay - 1.0),
+        ax * bx + ay * by,
+        ax * dx + ay * dy + 0.5 * (bx * bx + by * by),
+        bx * dx + by * dy,
+        0.5 * (dx * dx + dy * dy),
+    )
+
+
+@kernel
+def axial_force(shape: Six, mean: Five, axial: float) -> Six:
     """E A int n grad e dx in (c, r'_1, r'_2), X before Y, N m.
 
-    `mean` : `moments` of n(t), a quartic, against which r'(t) is taken. axial : E A l, N m.
+    mean : `moments` of n(t), a quartic, against which r'(t) is taken. axial : E A l, N m.
     """
-    ax, bx, dx = polynomial(cx, g1x, g2x)
-    ay, by, dy = polynomial(cy, g1y, g2y)
+    ax, bx, dx, ay, by, dy = polynomials(shape)
     m0, m1, m2, m3, m4 = mean
     # dU/dA, dU/dB, dU/dC, then the chain rule of `polynomial`
     uax, uay = m0 * ax + m1 * bx + m2 * dx, m0 * ay + m1 * by + m2 * dy
@@ -110,45 +142,34 @@ def axial_force(
     )
 
 
+@kernel
+def end_moments(bent: Four, near: float, far: float) -> Four:
+    """E I/l (4 alpha_1 + 2 alpha_2) and E I/l (2 alpha_1 + 4 alpha_2), conjugate to the alpha."""
+    a1x, a1y, a2x, a2y = bent
+    return (
+        near * a1x + far * a2x,
+        near * a1y + far * a2y,
+        far * a1x + near * a2x,
+        far * a1y + near * a2y,
+    )
+
+
 @kernel_with("contract", forceinline=True)  # passing the arguments would cost as much as the rest
-def internal_force(
-    cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
-    axial: float, near: float, far: float,
-) -> Six:  # fmt: skip
+def internal_force(shape: Six, stiffness: Three) -> Six:
     """(dU/dc, dU/dr'_1, dU/dr'_2), X before Y: int E A e grad e + grad(E I k^2/2) dx, N m.
 
-    The bending part uses alpha_i = r'_i - c, the slopes' deviation from the chord: the moments
-    conjugate to them are E I/l (4 alpha_1 + 2 alpha_2) and E I/l (2 alpha_1 + 4 alpha_2).
-
-    cx, cy, g1x, g1y, g2x, g2y : chord and slopes. axial : E A l, N m.
-    near, far : 4 E I/l and 2 E I/l, N m.
+    stiffness : E A l, 4 E I/l and 2 E I/l, N m.
     """
-    ax, bx, dx = polynomial(cx, g1x, g2x)
-    ay, by, dy = polynomial(cy, g1y, g2y)
-    mean = moments(
-        0.5 * (ax * ax + ay * ay - 1.0),
-        ax * bx + ay * by,
-        ax * dx + ay * dy + 0.5 * (bx * bx + by * by),
-        bx * dx + by * dy,
-        0.5 * (dx * dx + dy * dy),
-    )
-    fcx, fcy, u1x, u1y, u2x, u2y = axial_force(cx, cy, g1x, g1y, g2x, g2y, mean, axial)
-    a1x, a1y, a2x, a2y = g1x - cx, g1y - cy, g2x - cx, g2y - cy
-    f1x, f1y = near * a1x + far * a2x, near * a1y + far * a2y
-    f2x, f2y = far * a1x + near * a2x, far * a1y + near * a2y
-    return (
-        fcx - f1x - f2x,
-        fcy - f1y - f2y,
-        u1x + f1x,
-        u1y + f1y,
-        u2x + f2x,
-        u2y + f2y,
-    )
+    axial, near, far = stiffness
+    fcx, fcy, u1x, u1y, u2x, u2y = axial_force(shape, moments(axial_strain(shape)), axial)
+    f1x, f1y, f2x, f2y = end_moments(deviations(shape), near, far)
+    return fcx - f1x - f2x, fcy - f1y - f2y, u1x + f1x, u1y + f1y, u2x + f2x, u2y + f2y
 
 
 @kernel
-def hessian(s0: float, s1: float, s2: float, s3: float, s4: float, axial: float) -> Six:
+def hessian(quartic: Five, axial: float) -> Six:
     """(cc, c1, c2, 11, 12, 22) of axial * the matrix s_(i+j) on (A, B, C), by the chain rule."""
+    s0, s1, s2, s3, s4 = quartic
     cross, mixed = 0.75 * (s1 - s3), 0.125 * (3.0 * s3 - s1)
     c_sum = 1.5 * s2 - 0.375 * s0 - 1.125 * s4
     both, half = 0.0625 * s0 - 0.375 * s2 + 0.5625 * s4, 0.25 * s2
@@ -163,54 +184,45 @@ def hessian(s0: float, s1: float, s2: float, s3: float, s4: float, axial: float)
 
 
 @kernel
-def tangent_stiffness(
-    cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
-    axial: float, near: float, far: float,
-) -> tuple[Six, Six, Six]:  # fmt: skip
+def added(a: Six, b: Six) -> Six:
+    """Sum of two symmetric blocks."""
+    return a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], a[5] + b[5]
+
+
+@kernel
+def tangent_stiffness(shape: Six, stiffness: Three) -> tuple[Six, Six, Six]:
     """Second derivatives of U in (c, r'_1, r'_2): blocks XX, XY (= YX) and YY, N m.
 
     Each block is symmetric, (cc, c1, c2, 11, 12, 22). Arguments as for `internal_force`:
     E A int (grad e)(grad e)^T + e Hess e dx, the moments of the quartics r'_i r'_j and e.
     """
-    ax, bx, dx = polynomial(cx, g1x, g2x)
-    ay, by, dy = polynomial(cy, g1y, g2y)
+    axial, near, far = stiffness
+    ax, bx, dx, ay, by, dy = polynomials(shape)
     x0, x1, x2, x3, x4 = moments(
-        ax * ax, 2.0 * ax * bx, 2.0 * ax * dx + bx * bx, 2.0 * bx * dx, dx * dx
+        (ax * ax, 2.0 * ax * bx, 2.0 * ax * dx + bx * bx, 2.0 * bx * dx, dx * dx)
     )
     y0, y1, y2, y3, y4 = moments(
-        ay * ay, 2.0 * ay * by, 2.0 * ay * dy + by * by, 2.0 * by * dy, dy * dy
+        (ay * ay, 2.0 * ay * by, 2.0 * ay * dy + by * by, 2.0 * by * dy, dy * dy)
     )
-    z0, z1, z2, z3, z4 = moments(
-        ax * ay, ax * by + bx * ay, ax * dy + dx * ay + bx * by, bx * dy + dx * by, dx * dy
+    mixed = moments(
+        (ax * ay, ax * by + bx * ay, ax * dy + dx * ay + bx * by, bx * dy + dx * by, dx * dy)
     )
     # moments of e = (r'.r' - 1)/2
     e0, e1, e2 = 0.5 * (x0 + y0 - 1.0), 0.5 * (x1 + y1), 0.5 * (x2 + y2 - 1.0 / 3.0)
     e3, e4 = 0.5 * (x3 + y3), 0.5 * (x4 + y4 - 1.0 / 5.0)
     bend = (2.0 * (near + far), -near - far, -near - far, near, far, near)
-    xx = hessian(x0 + e0, x1 + e1, x2 + e2, x3 + e3, x4 + e4, axial)
-    yy = hessian(y0 + e0, y1 + e1, y2 + e2, y3 + e3, y4 + e4, axial)
-    return (
-        (xx[0] + bend[0], xx[1] + bend[1], xx[2] + bend[2],
-         xx[3] + bend[3], xx[4] + bend[4], xx[5] + bend[5]),
-        hessian(z0, z1, z2, z3, z4, axial),
-        (yy[0] + bend[0], yy[1] + bend[1], yy[2] + bend[2],
-         yy[3] + bend[3], yy[4] + bend[4], yy[5] + bend[5]),
-    )  # fmt: skip
+    xx = hessian((x0 + e0, x1 + e1, x2 + e2, x3 + e3, x4 + e4), axial)
+    yy = hessian((y0 + e0, y1 + e1, y2 + e2, y3 + e3, y4 + e4), axial)
+    return added(xx, bend), hessian(mixed, axial), added(yy, bend)
 
 
 @kernel
-def strain_energy(
-    cx: float, cy: float, g1x: float, g1y: float, g2x: float, g2y: float,
-    axial: float, near: float, far: float,
-) -> float:  # fmt: skip
+def strain_energy(shape: Six, stiffness: Three) -> float:
     """U = 1/2 int E A e^2 + E I k^2 dx, J (eq. 5); arguments as for `internal_force`."""
-    ax, bx, dx = polynomial(cx, g1x, g2x)
-    ay, by, dy = polynomial(cy, g1y, g2y)
-    e0, e1 = 0.5 * (ax * ax + ay * ay - 1.0), ax * bx + ay * by
-    e2 = ax * dx + ay * dy + 0.5 * (bx * bx + by * by)
-    e3, e4 = bx * dx + by * dy, 0.5 * (dx * dx + dy * dy)
-    m0, m1, m2, m3, m4 = moments(e0, e1, e2, e3, e4)
-    a1x, a1y, a2x, a2y = g1x - cx, g1y - cy, g2x - cx, g2y - cy
+    axial, near, far = stiffness
+    e0, e1, e2, e3, e4 = axial_strain(shape)
+    m0, m1, m2, m3, m4 = moments((e0, e1, e2, e3, e4))
+    a1x, a1y, a2x, a2y = deviations(shape)
     bending = near * (a1x * a1x + a1y * a1y + a2x * a2x + a2y * a2y)
     bending += 2.0 * far * (a1x * a2x + a1y * a2y)
     return 0.5 * (axial * (e0 * m0 + e1 * m1 + e2 * m2 + e3 * m3 + e4 * m4) + bending)

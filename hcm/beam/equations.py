@@ -15,9 +15,9 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
-from hcm.beam.chain import Chain
+from hcm.beam.chain import Chain, stiffness
 from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
-from hcm.beam.element import inertia, internal_force, over, tangent_stiffness
+from hcm.beam.element import Six, inertia, internal_force, over, shape_of, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
 from hcm.compiled import allocating, inlined, kernel
 from hcm.contact.contract import (
@@ -50,17 +50,32 @@ def move_chords(chords: Floats, moved: Floats, chain: Chain, out: Floats) -> Non
 
 
 @kernel
+def shape_with(chord: Floats, qe: Floats) -> Six:
+    """`shape_of` an element with a chord (2,) that is known better than its positions."""
+    return chord[0], chord[1], qe[2], qe[3], qe[6], qe[7]
+
+
+@kernel
+def mean_shape(a: Six, b: Six) -> Six:
+    """(a + b)/2."""
+    return (
+        0.5 * (a[0] + b[0]),
+        0.5 * (a[1] + b[1]),
+        0.5 * (a[2] + b[2]),
+        0.5 * (a[3] + b[3]),
+        0.5 * (a[4] + b[4]),
+        0.5 * (a[5] + b[5]),
+    )
+
+
+@kernel
 def add_damping(q: Floats, chords: Floats, v: Floats, chain: Chain, out: Floats) -> None:
     """Add D(q) v to `out` (n,); `chords` as in `residual_from_chords`."""
     for e in range(chain.first.size):
-        a, length, tau = chain.first[e], chain.length[e], chain.relaxation[e]
-        qe, ve, f = q[a : a + 8], v[a : a + 8], out[a : a + 8]
-        near, far = tau * chain.bending[e, 1, 1], tau * chain.bending[e, 1, 3]
-        fx, fy, f1x, f1y, f2x, f2y = damping_force(
-            chords[e, 0], chords[e, 1], qe[2], qe[3], qe[6], qe[7],
-            (ve[4] - ve[0]) / length, (ve[5] - ve[1]) / length, ve[2], ve[3], ve[6], ve[7],
-            tau * chain.axial_stiffness[e] * length, near, far,
-        )  # fmt: skip
+        a, length, share = chain.first[e], chain.length[e], stiffness(e, chain.relaxation[e], chain)
+        shape, rates = shape_with(chords[e], q[a : a + 8]), shape_of(v[a : a + 8], length)
+        fx, fy, f1x, f1y, f2x, f2y = damping_force(shape, rates, share)
+        f = out[a : a + 8]
         f[0] -= fx / length
         f[1] -= fy / length
         f[2] += f1x
@@ -93,16 +108,10 @@ def dissipation(
     """v^T D v, W, at the mean of two postures."""
     power = 0.0
     for e in range(chain.first.size):
-        a, length, tau = chain.first[e], chain.length[e], chain.relaxation[e]
-        p0, p1, ve = q0[a : a + 8], q1[a : a + 8], v[a : a + 8]
-        near, far = tau * chain.bending[e, 1, 1], tau * chain.bending[e, 1, 3]
-        power += damping_power(
-            0.5 * (chords0[e, 0] + chords1[e, 0]), 0.5 * (chords0[e, 1] + chords1[e, 1]),
-            0.5 * (p0[2] + p1[2]), 0.5 * (p0[3] + p1[3]),
-            0.5 * (p0[6] + p1[6]), 0.5 * (p0[7] + p1[7]),
-            (ve[4] - ve[0]) / length, (ve[5] - ve[1]) / length, ve[2], ve[3], ve[6], ve[7],
-            tau * chain.axial_stiffness[e] * length, near, far,
-        )  # fmt: skip
+        a, share = chain.first[e], stiffness(e, chain.relaxation[e], chain)
+        begin, end = shape_with(chords0[e], q0[a : a + 8]), shape_with(chords1[e], q1[a : a + 8])
+        rates = shape_of(v[a : a + 8], chain.length[e])
+        power += damping_power(mean_shape(begin, end), rates, share)
     return power
 
 
@@ -120,16 +129,13 @@ def residual_from_chords(
     for i in range(out.size):
         out[i] = -chain.weight[i]
     for e in range(chain.first.size):
-        a, length, bending = chain.first[e], chain.length[e], chain.bending[e]
+        a, length, mass = chain.first[e], chain.length[e], chain.mass[e]
         # an element's two nodes are neighbours: one slice of eight
-        qe, x, f = q[a : a + 8], acceleration[a : a + 8], out[a : a + 8]
-        fx, fy, f1x, f1y, f2x, f2y = internal_force(
-            chords[e, 0], chords[e, 1], qe[2], qe[3], qe[6], qe[7],
-            chain.axial_stiffness[e] * length, bending[1, 1], bending[1, 3],
-        )  # fmt: skip
+        x, f = acceleration[a : a + 8], out[a : a + 8]
+        shape = shape_with(chords[e], q[a : a + 8])
+        fx, fy, f1x, f1y, f2x, f2y = internal_force(shape, stiffness(e, 1.0, chain))
         inverse = 1.0 / length
         fx, fy = over(fx, length, inverse), over(fy, length, inverse)
-        mass = chain.mass[e]
         p0, p1, p2, p3 = inertia(mass, x[0], x[2], x[4], x[6])
         r0, r1, r2, r3 = inertia(mass, x[1], x[3], x[5], x[7])
         f[0] += p0 - fx
@@ -171,9 +177,8 @@ def residual(
 
 @kernel
 def add_component(
-    block: tuple[float, float, float, float, float, float], mass: Floats, weight: float,
-    length: float, s1: float, s2: float, rows: Floats,
-) -> None:  # fmt: skip
+    block: Six, mass: Floats, weight: float, length: float, s1: float, s2: float, rows: Floats
+) -> None:
     """Add one component's M + weight K of an element to `rows` (8, w + 1), the element's own.
 
     `block` is K in (c, r'_1, r'_2) (`tangent_stiffness`), s1 and s2 the slopes' units. The
@@ -196,9 +201,8 @@ def add_component(
 
 @kernel
 def add_coupling(
-    block: tuple[float, float, float, float, float, float], weight: float, length: float, s1: float,
-    s2: float, rows: Floats,
-) -> None:  # fmt: skip
+    block: Six, weight: float, length: float, s1: float, s2: float, rows: Floats
+) -> None:
     """Add weight K_XY of an element, symmetric in the coordinates too, to its `rows` (8, w + 1).
 
     Entry (Y of i, X of j) lies one place left of where (i, j) of one component is, and
@@ -244,23 +248,16 @@ def tangent(
     w = HALF_BANDWIDTH
     rows[:] = 0.0
     for e in range(chain.first.size):
-        a, length, bending, mass = chain.first[e], chain.length[e], chain.bending[e], chain.mass[e]
-        qe, scale = q[a : a + 8], chain.scale[a : a + 8]
-        own = rows[w + a : w + a + 8]
-        xx, xy, yy = tangent_stiffness(
-            (qe[4] - qe[0]) / length, (qe[5] - qe[1]) / length, qe[2], qe[3], qe[6], qe[7],
-            chain.axial_stiffness[e] * length, bending[1, 1], bending[1, 3],
-        )  # fmt: skip
-        add_component(xx, mass, weight, length, scale[2], scale[6], own)
-        add_component(yy, mass, weight, length, scale[2], scale[6], own[1:])
-        add_coupling(xy, weight, length, scale[2], scale[6], own)
+        a, length, mass = chain.first[e], chain.length[e], chain.mass[e]
+        s1, s2, own = chain.scale[a + 2], chain.scale[a + 6], rows[w + a : w + a + 8]
+        shape = shape_of(q[a : a + 8], length)
+        xx, xy, yy = tangent_stiffness(shape, stiffness(e, 1.0, chain))
+        add_component(xx, mass, weight, length, s1, s2, own)
+        add_component(yy, mass, weight, length, s1, s2, own[1:])
+        add_coupling(xy, weight, length, s1, s2, own)
         if chain.damped and rate_weight > 0.0:
-            share = rate_weight * chain.relaxation[e]
-            add_damping_matrix(
-                (qe[4] - qe[0]) / length, (qe[5] - qe[1]) / length, qe[2], qe[3], qe[6], qe[7],
-                share * chain.axial_stiffness[e] * length, share * bending[1, 1],
-                share * bending[1, 3], length, scale[2], scale[6], own,
-            )  # fmt: skip
+            share = stiffness(e, rate_weight * chain.relaxation[e], chain)
+            add_damping_matrix(shape, share, length, s1, s2, own)
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
         dxx, dxy = torque_tangent(chain.torque[t], q[s], q[s + 1])
@@ -272,7 +269,7 @@ def tangent(
         add_rate(q, rate_weight, chain.tip, contact, law, rows)
     unsymmetric_factor = add_tangent(q, weight, chain.tip, chain.scale, contact, law, rows)
     for hinge in range(chain.hinge.size):
-        lam, inner, outer = (chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge])
+        lam, inner, outer = chain.hinge[hinge], chain.hinge_inner[hinge], chain.hinge_outer[hinge]
         for c in range(2):
             rows[w + outer + c, lam - outer + w] += chain.scale[lam]
             if inner >= 0:

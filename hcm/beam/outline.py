@@ -21,7 +21,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain
-from hcm.beam.element import polynomial
+from hcm.beam.element import polynomials, shape_of
 from hcm.compiled import ByKind, kernel
 from hcm.parameters import Finger
 
@@ -63,8 +63,7 @@ def lowest_point(
     """Height of the lowest point of the element at place `a` and X of its section, m, looked for at
     the ends of its `parts`; at its first section alone if `parts` is 0.
     """
-    ax, bx, dx = polynomial((q[a + 4] - q[a]) / length, q[a + 2], q[a + 6])
-    ay, by, dy = polynomial((q[a + 5] - q[a + 1]) / length, q[a + 3], q[a + 7])
+    ax, bx, dx, ay, by, dy = polynomials(shape_of(q[a : a + 8], length))
     lowest, place = math.inf, 0.0
     for i in range(parts + 1):
         t = 2.0 * i / max(parts, 1) - 1.0

@@ -10,6 +10,7 @@ import hcm
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.chain import Chain, build_chain, build_probe
 from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
+from hcm.beam.element import shape_of
 from hcm.beam.energy import energies, stress_at_probe
 from hcm.beam.equations import residual
 from hcm.contact.law import IN_FLIGHT
@@ -28,22 +29,22 @@ from tests.hcm.cases import (
 from tests.hcm.test_element import EA, EI, HERMITE, LENGTH, deformed, integral, rotated
 
 TAU = 1e-5
-NEAR, FAR = 4 * EI / LENGTH, 2 * EI / LENGTH
+STIFFNESS = EA * LENGTH, 4 * EI / LENGTH, 2 * EI / LENGTH
 STILL = hcm.Drive(gravity=0.0)
 
 
 def reduced(q: np.ndarray) -> tuple[float, ...]:
     """Chord and slopes, or their rates."""
-    return (*((q[4:6] - q[:2]) / LENGTH), *q[2:4], *q[6:8])
+    return shape_of(q, LENGTH)
 
 
 def force(q: np.ndarray, v: np.ndarray) -> np.ndarray:
-    c, f1, f2 = np.reshape(damping_force(*reduced(q), *reduced(v), EA * LENGTH, NEAR, FAR), (3, 2))
+    c, f1, f2 = np.reshape(damping_force(reduced(q), reduced(v), STIFFNESS), (3, 2))
     return np.concatenate([-c / LENGTH, f1, c / LENGTH, f2])
 
 
 def power(q: np.ndarray, v: np.ndarray) -> float:
-    return damping_power(*reduced(q), *reduced(v), EA * LENGTH, NEAR, FAR)
+    return damping_power(reduced(q), reduced(v), STIFFNESS)
 
 
 def velocities(seed: int) -> np.ndarray:
@@ -87,7 +88,7 @@ def test_force_is_half_the_gradient_of_the_power(seed: int) -> None:
 def test_matrix_is_the_gradient_of_the_force(seed: int) -> None:
     q, scale, w = deformed(seed), np.array([1, 1, 2, 2, 1, 1, 3, 3]), HALF_BANDWIDTH
     rows = np.zeros((8, w + 1))
-    add_damping_matrix(*reduced(q), EA * LENGTH, NEAR, FAR, LENGTH, 2.0, 3.0, rows)
+    add_damping_matrix(reduced(q), STIFFNESS, LENGTH, 2.0, 3.0, rows)
     expected = np.array([force(q, d) for d in np.eye(8)]).T * np.outer(scale, scale)
     found = [[rows[max(i, j), w - abs(i - j)] for j in range(8)] for i in range(8)]
     np.testing.assert_allclose(found, expected, atol=1e-12 * np.abs(expected).max())

@@ -12,6 +12,7 @@ from hcm.beam.element import (
     internal_force,
     kinetic_energy,
     over,
+    shape_of,
     strain_energy,
     tangent_stiffness,
 )
@@ -47,10 +48,9 @@ def rotated(q: np.ndarray, angle: float) -> np.ndarray:
     return (q.reshape(4, 2) @ np.array([[c, s], [-s, c]])).ravel()
 
 
-def arguments(q: np.ndarray) -> tuple[float, ...]:
-    """Chord, slopes and stiffnesses as the kernels take them."""
-    near, far = BENDING[1, 1], BENDING[1, 3]
-    return (*((q[4:6] - q[:2]) / LENGTH), *q[2:4], *q[6:8], EA * LENGTH, near, far)
+def arguments(q: np.ndarray) -> tuple[tuple[float, ...], ...]:
+    """Chord and slopes, and stiffnesses, as the kernels take them."""
+    return shape_of(q, LENGTH), (EA * LENGTH, BENDING[1, 1], BENDING[1, 3])
 
 
 # (chord, r'_1, r'_2) of one component from (r_1, r'_1, r_2, r'_2)

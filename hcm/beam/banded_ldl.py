@@ -96,27 +96,36 @@ def solve(rows: Floats, x: Floats) -> None:
 
 
 @kernel
-def solve_rank_one(
-    factors: Floats | Complexes, unsymmetric_factor: complex, y: int, column: Floats,
+def factorize_rank_one(
+    rows: Floats | Complexes, unsymmetric_factor: complex, y: int, column: Floats,
     rank_one: Floats | Complexes,
 ) -> bool:  # fmt: skip
-    """Fill rank_one with S^-1 c of the column c, which may be the same array; return whether the
-    matrix S + u c e_y^T, u the unsymmetric factor, is regular.
+    """Overwrite S by its factors and fill rank_one with S^-1 c; return whether S + u c e_y^T, u the
+    unsymmetric factor, is regular. u = 0: there is no such part.
+
+    column : c, which may be the same array as rank_one.
     """
+    if not factorize(rows):
+        return False
+    if unsymmetric_factor == 0.0:
+        return True
     for i in range(column.size):
         rank_one[i] = column[i]
-    solve(factors, rank_one)
+    solve(rows, rank_one)
     return abs(1.0 + unsymmetric_factor * rank_one[y]) > SMALLEST_PIVOT
 
 
 @kernel
-def apply_rank_one(
-    unsymmetric_factor: complex, y: int, rank_one: Floats | Complexes, right: Floats | Complexes
-) -> None:
-    """Overwrite z = S^-1 b by (S + u c e_y^T)^-1 b; rank_one : S^-1 c.
+def solve_rank_one(
+    rows: Floats | Complexes, unsymmetric_factor: complex, y: int, rank_one: Floats | Complexes,
+    x: Floats | Complexes,
+) -> None:  # fmt: skip
+    """`solve` with S + u c e_y^T, given the outputs of `factorize_rank_one`.
 
-    z - S^-1 c u z_y/(1 + u (S^-1 c)_y) (Sherman and Morrison).
+    With z = S^-1 b it is z - S^-1 c u z_y/(1 + u (S^-1 c)_y) (Sherman and Morrison).
     """
-    share = unsymmetric_factor * right[y] / (1.0 + unsymmetric_factor * rank_one[y])
-    for i in range(HALF_BANDWIDTH, right.size):
-        right[i] -= share * rank_one[i]
+    solve(rows, x)
+    if unsymmetric_factor != 0.0:
+        share = unsymmetric_factor * x[y] / (1.0 + unsymmetric_factor * rank_one[y])
+        for i in range(HALF_BANDWIDTH, x.size):
+            x[i] -= share * rank_one[i]

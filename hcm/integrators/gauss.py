@@ -38,6 +38,7 @@ from hcm.integrators.newton import (
     ITERATIONS,
     converged,
     count_iterations,
+    drop,
     is_finite,
     largest_in_units,
     largest_size,
@@ -73,8 +74,9 @@ def move_stages(h: float, old: Motion, integrator: GaussIntegrator) -> None:
 
 
 @kernel
-def finish(h: float, old: Motion, new: Motion, contact: ContactState,
-           integrator: GaussIntegrator) -> bool:  # fmt: skip
+def finish(
+    h: float, old: Motion, new: Motion, contact: ContactState, integrator: GaussIntegrator
+) -> bool:
     """Fill `new` from B (q and v by quadrature, the rest by `accelerate`); return if it is finite.
 
     new.a is the step's mean acceleration, from which the next step guesses its stages: a continued
@@ -98,8 +100,9 @@ def finish(h: float, old: Motion, new: Motion, contact: ContactState,
 
 
 @kernel
-def accelerate(h: float, old: Motion, new: Motion, contact: ContactState,
-               integrator: GaussIntegrator) -> bool:  # fmt: skip
+def accelerate(
+    h: float, old: Motion, new: Motion, contact: ContactState, integrator: GaussIntegrator
+) -> bool:
     """Fill q.. and lam of `new` by the equations at its q and v; return if they are finite."""
     chain, gauss = integrator.chain, integrator.gauss
     for m in range(new.q.size):
@@ -134,12 +137,12 @@ def step(
         for m in range(n):
             gauss.stage[i, m] = old.a[m]
     combine(table.a_squared, gauss.stage, gauss.unknown)
-    if not co.reuse:
-        gauss.key[0] = np.nan
     set_torques(old.drive, 0.5 * h, chain.torque)
     largest = 0.0
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for iteration in range(ITERATIONS):
+        if not co.reuse:
+            drop(gauss.kept)
         move_stages(h, old, integrator)
         if not fits(h, contact, integrator):
             if not refactorize(h, gauss.q[stages // 2], contact, integrator):
@@ -161,7 +164,7 @@ def step(
         change = 0.0
         for i in range(stages):
             if not is_finite(gauss.residual[i]):
-                gauss.key[0] = np.nan
+                drop(gauss.kept)
                 return False
             change = max(change, largest_size(gauss.residual[i]))
         turn_forth(gauss.turns, chain, gauss.residual)
@@ -173,17 +176,15 @@ def step(
         close_hinges(chain, gauss.unknown)
         done, slow = converged(
             change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
-            co.tolerance, gauss.rate,
+            co.tolerance, gauss.kept,
         )  # fmt: skip
         if done:
             break
-        if slow or not co.reuse:
-            gauss.key[0] = np.nan
         fast, previous = previous < np.inf and not slow, change
     else:
-        gauss.key[0] = np.nan
+        drop(gauss.kept)
         return False
-    count_iterations(work.cost[0] - iterations, gauss.age, gauss.key)
+    count_iterations(work.cost[0] - iterations, gauss.kept)
     return finish(h, old, new, contact, integrator)
 
 

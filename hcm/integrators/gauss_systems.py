@@ -17,13 +17,14 @@ as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 import numpy as np
 
 from hcm.arrays import Complexes, Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, apply_rank_one, factorize, solve, solve_rank_one
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize_rank_one, solve_rank_one
 from hcm.beam.chain import Chain
 from hcm.beam.equations import depends_on_velocity, tangent
 from hcm.compiled import kernel
-from hcm.contact.contract import fill_column, stiffness_key
+from hcm.contact.contract import fill_column
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator, GaussWork, Tableau
+from hcm.integrators.newton import drop, keep, of_mode
 
 # Steps in contact whose lengths differ by less than this share use the same factors.
 STEP_MATCH = 1e-3
@@ -104,23 +105,14 @@ def close_hinges(chain: Chain, rows: Floats) -> None:
 
 
 @kernel
-def add_difference(weight: complex, a: Floats, b: Floats, out: Floats | Complexes) -> None:
-    """Add weight (a - b) to `out`, all of one shape."""
-    for i in range(out.shape[0]):
-        for j in range(out.shape[1]):
-            out[i, j] += weight * (a[i, j] - b[i, j])
-
-
-@kernel
 def fits(h: float, contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Whether the factors are those of the step h and the contact's mode.
 
     In contact they serve any step whose length agrees to `STEP_MATCH`, also for an event's trials.
     """
-    key, mode = integrator.gauss.key, stiffness_key(contact, integrator.law)
+    kept = integrator.gauss.kept
     near = 0.0 if contact.normal_mode == FLIGHT else STEP_MATCH * h
-    same = key[1] == mode[0] and key[2] == mode[1] and key[3] == mode[2]
-    return same and abs(key[0] - h) <= near
+    return of_mode(contact, integrator.law, kept) and abs(kept.key[0] - h) <= near
 
 
 @kernel
@@ -137,20 +129,17 @@ def factorize_system(
     for i in range(factors.shape[0]):
         for j in range(factors.shape[1]):
             factors[i, j] = gauss.mass[i, j] + mu * (gauss.stiff[i, j] - gauss.mass[i, j])
-    if damped:
-        add_difference(lam, gauss.damp, gauss.mass, factors)
-    if not factorize(factors):
-        return False
-    if unsymmetric_factor == 0.0:
-        return True
-    return solve_rank_one(factors, mu * unsymmetric_factor, y, column, rank_one)
+            if damped:
+                factors[i, j] += lam * (gauss.damp[i, j] - gauss.mass[i, j])
+    return factorize_rank_one(factors, mu * unsymmetric_factor, y, column, rank_one)
 
 
 @kernel
 def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussIntegrator) -> bool:
     """Factorize all systems with the stiffness at q (n,), and keep them; return if it succeeded."""
     chain, table, gauss = integrator.chain, integrator.tableau, integrator.gauss
-    gauss.key[0], law = np.nan, integrator.law
+    law = integrator.law
+    drop(gauss.kept)
     unsymmetric_factor = tangent(q, h * h, 0.0, chain, contact, law, gauss.stiff)
     column, y = integrator.work.right, HALF_BANDWIDTH + chain.tip + 1
     if unsymmetric_factor != 0.0:
@@ -171,10 +160,7 @@ def refactorize(h: float, q: Floats, contact: ContactState, integrator: GaussInt
             return False
     for w in range(chain.hinge.size):
         gauss.frame[w, 0], gauss.frame[w, 1] = direction(q, w, chain)
-    gauss.key[1], gauss.key[2], gauss.key[3] = stiffness_key(contact, law)
-    gauss.key[0], gauss.key[4] = h, unsymmetric_factor
-    gauss.rate[0] = 1.0
-    gauss.age[0] = gauss.age[1] = 0
+    keep(h, unsymmetric_factor, contact, law, gauss.kept)
     integrator.work.cost[1] += table.mu.size
     return True
 
@@ -192,15 +178,14 @@ def measure_turns(gauss: GaussWork, chain: Chain) -> None:
 @kernel
 def solve_all(tip: int, table: Tableau, gauss: GaussWork) -> None:
     """Overwrite gauss.change (s, n), the right-hand sides T^-1 R, with w: pairs as (Re, Im)."""
-    w, odd, unsymmetric_factor = HALF_BANDWIDTH, table.c.size % 2, gauss.key[4]
+    w, odd, unsymmetric_factor = HALF_BANDWIDTH, table.c.size % 2, gauss.kept.key[4]
     y = w + tip + 1
     if odd == 1:
         row, real = gauss.change[0], gauss.real_right
         for m in range(row.size):
             real[w + m] = row[m]
-        solve(gauss.real_factors, real)
-        if unsymmetric_factor != 0.0:
-            apply_rank_one(table.mu[0].real * unsymmetric_factor, y, gauss.real_rank_one, real)
+        factor = table.mu[0].real * unsymmetric_factor
+        solve_rank_one(gauss.real_factors, factor, y, gauss.real_rank_one, real)
         for m in range(row.size):
             row[m] = real[w + m]
     for k in range(odd, table.mu.size):
@@ -208,8 +193,7 @@ def solve_all(tip: int, table: Tableau, gauss: GaussWork) -> None:
         re, im, right = gauss.change[first], gauss.change[first + 1], gauss.right
         for m in range(re.size):
             right[w + m] = complex(re[m], im[m])
-        solve(gauss.factors[k], right)
-        if unsymmetric_factor != 0.0:
-            apply_rank_one(table.mu[k] * unsymmetric_factor, y, gauss.rank_one[k], right)
+        pair = table.mu[k] * unsymmetric_factor
+        solve_rank_one(gauss.factors[k], pair, y, gauss.rank_one[k], right)
         for m in range(re.size):
             re[m], im[m] = right[w + m].real, right[w + m].imag

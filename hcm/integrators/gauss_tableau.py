@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import legendre
 
-from hcm.arrays import Complexes, Floats, Ints
+from hcm.arrays import Complexes, Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize
 from hcm.beam.chain import Chain
 from hcm.beam.equations import tangent
 from hcm.contact.contract import Law
 from hcm.contact.law import IN_FLIGHT
+from hcm.integrators.newton import Kept, nothing_kept
 from hcm.integrators.workspace import Coefficients, Integrator, Workspace
 
 
@@ -96,9 +97,8 @@ class GaussWork(NamedTuple):
     factorization. turns : (s, P, 2) cosine and sine from there to each stage. right : (w + n,)
     complex right-hand side; real_right : (w + n,). rank_one, real_rank_one : (p, w + n),
     (w + n,) the factors' solutions for a sliding tip's part, as in `Workspace`. unknown, stage :
-    (s, n) B and A. q, v : (s, n), chords : (s, N, 2). residual, change, spare : (s, n). key : (5,)
-    as in `Workspace`, with the step of the factors (NaN: none) instead of the weight.
-    rate : (1,), age : (2,) of the factors, as in `Workspace`.
+    (s, n) B and A. q, v : (s, n), chords : (s, N, 2). residual, change, spare : (s, n).
+    kept : what the factors belong to.
     """
 
     mass: Floats
@@ -121,9 +121,7 @@ class GaussWork(NamedTuple):
     residual: Floats
     change: Floats
     spare: Floats
-    key: Floats
-    rate: Floats
-    age: Ints
+    kept: Kept
 
 
 class GaussIntegrator(NamedTuple):
@@ -161,7 +159,7 @@ def gauss_work(stages: int, chain: Chain, law: Law) -> GaussWork:
         np.zeros(w + n, dtype=np.complex128), real_right,
         np.zeros((systems, w + n), dtype=np.complex128), real_rank_one,
         unknown, stage, q, v, np.zeros((stages, elements, 2)), residual, change, spare,
-        np.array([np.nan] * 5), np.array([1.0]), np.zeros(2, dtype=np.int64),
+        nothing_kept(),
     )  # fmt: skip
 
 

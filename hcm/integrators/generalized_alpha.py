@@ -11,48 +11,26 @@ frequency. The equations of motion hold at the step's end with q..1 and lam1 as 
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, apply_rank_one, factorize, solve, solve_rank_one
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize_rank_one, solve_rank_one
 from hcm.beam.chain import Chain
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import inlined, kernel
-from hcm.contact.contract import fill_column, has_rate_force, rate_power, stiffness_key
+from hcm.contact.contract import fill_column, has_rate_force, rate_power
 from hcm.contact.law import ContactState
 from hcm.integrators.newton import (
     ITERATIONS,
     converged,
     count_iterations,
+    drop,
     is_finite,
+    keep,
     largest_in_units,
     largest_size,
+    of_mode,
 )
 from hcm.integrators.workspace import Coefficients, Integrator
 from hcm.state import Motion
-
-
-@inlined
-def refactorize(
-    q: Floats, weight: float, rate_weight: float, contact: ContactState, integrator: Integrator
-) -> bool:
-    """Factorize the tangent at q and solve for its unsymmetric part; return if it succeeded."""
-    _, chain, law, work = integrator
-    key, rank_one = work.key, work.rank_one
-    key[0] = np.nan
-    unsymmetric_factor = tangent(q, weight, rate_weight, chain, contact, law, work.factors)
-    if not factorize(work.factors):
-        return False
-    if unsymmetric_factor != 0.0:
-        rank_one[:] = 0.0
-        fill_column(q, chain.tip, chain.scale, contact, law, rank_one[HALF_BANDWIDTH:])
-        y = HALF_BANDWIDTH + chain.tip + 1
-        if not solve_rank_one(work.factors, unsymmetric_factor, y, rank_one, rank_one):
-            return False
-    key[1], key[2], key[3] = stiffness_key(contact, law)
-    key[0], key[4] = weight, unsymmetric_factor
-    work.rate[0] = 1.0
-    work.age[0] = work.age[1] = 0
-    work.cost[1] += 1
-    return True
 
 
 @inlined
@@ -65,22 +43,27 @@ def solve_linear(
     e_x for a tip without a radius).
     """
     _, chain, law, work = integrator
-    mode, key, right = stiffness_key(contact, law), work.key, work.right
-    kept = key[0] == weight and key[1] == mode[0] and key[2] == mode[1] and key[3] == mode[2]
-    if not kept and not refactorize(q, weight, rate_weight, contact, integrator):
-        return False
-    solve(work.factors, right)
-    unsymmetric_factor = key[4]
-    if unsymmetric_factor != 0.0:
-        apply_rank_one(unsymmetric_factor, HALF_BANDWIDTH + chain.tip + 1, work.rank_one, right)
+    kept, rank_one, y = work.kept, work.rank_one, HALF_BANDWIDTH + chain.tip + 1
+    if not (kept.key[0] == weight and of_mode(contact, law, kept)):
+        drop(kept)
+        unsymmetric_factor = tangent(q, weight, rate_weight, chain, contact, law, work.factors)
+        if unsymmetric_factor != 0.0:
+            rank_one[:] = 0.0
+            fill_column(q, chain.tip, chain.scale, contact, law, rank_one[HALF_BANDWIDTH:])
+        if not factorize_rank_one(work.factors, unsymmetric_factor, y, rank_one, rank_one):
+            return False
+        keep(weight, unsymmetric_factor, contact, law, kept)
+        work.cost[1] += 1
+    solve_rank_one(work.factors, kept.key[4], y, rank_one, work.right)
     return True
 
 
 @inlined
-def update(h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain,
-           increment: Floats) -> None:  # fmt: skip
+def update(
+    h: float, co: Coefficients, old: Motion, new: Motion, chain: Chain, increment: Floats
+) -> None:
     """Fill new.a, new.q, new.v and new.chords from new.acceleration (eqs. 27-28)."""
-    new_part, old_part = ((1.0 - co.alpha_f) / (1.0 - co.alpha_m), co.alpha_f / (1.0 - co.alpha_m))
+    new_part, old_part = (1.0 - co.alpha_f) / (1.0 - co.alpha_m), co.alpha_f / (1.0 - co.alpha_m)
     carried = co.alpha_m / (1.0 - co.alpha_m)
     q0, q1 = h * h * (0.5 - co.beta), h * h * co.beta
     v0, v1 = h * (1.0 - co.gamma), h * co.gamma
@@ -109,10 +92,10 @@ def step(h: float, contact: ContactState, old: Motion, new: Motion, integrator: 
     for i in range(n):
         new.acceleration[i] = old.acceleration[i] + h * old.jerk[i]
     set_torques(old.drive, h, chain.torque)
-    if not co.reuse:
-        work.key[0] = np.nan
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for _ in range(ITERATIONS):
+        if not co.reuse:
+            drop(work.kept)
         update(h, co, old, new, chain, work.increment)
         residual_from_chords(new.q, new.chords, new.v, new.acceleration, chain, contact, law, right)
         for i in range(n):
@@ -127,17 +110,15 @@ def step(h: float, contact: ContactState, old: Motion, new: Motion, integrator: 
         change, largest = largest_size(right), largest_in_units(new.acceleration, chain.scale)
         done, slow = converged(
             change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
-            co.tolerance, work.rate,
+            co.tolerance, work.kept,
         )  # fmt: skip
         if done:
             break
-        if slow or not co.reuse:
-            work.key[0] = np.nan
         fast, previous = previous < np.inf and not slow, change
     else:
         return False
     update(h, co, old, new, chain, work.increment)
-    count_iterations(work.cost[0] - iterations, work.age, work.key)
+    count_iterations(work.cost[0] - iterations, work.kept)
     for i in range(n):
         new.jerk[i] = (new.acceleration[i] - old.acceleration[i]) / h
     for t in range(chain.torque.size):

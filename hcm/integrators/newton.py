@@ -3,10 +3,14 @@
 Both integrators of the reduced model iterate with factors of an earlier tangent.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 
 from hcm.arrays import Floats, Ints
 from hcm.compiled import kernel, kernel_with
+from hcm.contact.contract import Law, stiffness_key
+from hcm.contact.law import ContactState
 
 ITERATIONS = 20
 # Kept factors are given up once an iteration shrinks the change by less than this factor.
@@ -14,6 +18,49 @@ SLOW_RATE = 0.1
 # Once kept factors have taken more iterations than this beyond those of the step that they were
 # made in, new ones are made: one costs 2.6 to 2.7 (measured at 2 to 20 elements a phalanx).
 SPARE_ITERATIONS = 2
+
+
+class Kept(NamedTuple):
+    """What kept factors belong to, and how well they have served.
+
+    key : (5,) integrator weight or step (NaN: nothing kept), the contact's `stiffness_key`, and the
+    factor of the part outside the factors. rate : (1,) last contraction that the factors gave, 1
+    while unknown. age : (2,) iterations of the first step with these factors (0 before its end),
+    and those beyond that in later steps.
+    """
+
+    key: Floats
+    rate: Floats
+    age: Ints
+
+
+def nothing_kept() -> Kept:
+    """Memory for what is kept."""
+    return Kept(np.array([np.nan] * 5), np.array([1.0]), np.zeros(2, dtype=np.int64))
+
+
+@kernel
+def drop(kept: Kept) -> None:
+    """Give the factors up."""
+    kept.key[0] = np.nan
+
+
+@kernel
+def keep(
+    weight: float, unsymmetric_factor: float, contact: ContactState, law: Law, kept: Kept
+) -> None:
+    """Note what new factors belong to."""
+    kept.key[1], kept.key[2], kept.key[3] = stiffness_key(contact, law)
+    kept.key[0], kept.key[4] = weight, unsymmetric_factor
+    kept.rate[0] = 1.0
+    kept.age[0] = kept.age[1] = 0
+
+
+@kernel
+def of_mode(contact: ContactState, law: Law, kept: Kept) -> bool:
+    """Whether the factors are those of the contact's mode, if any are kept."""
+    key, mode = kept.key, stiffness_key(contact, law)
+    return key[1] == mode[0] and key[2] == mode[1] and key[3] == mode[2]
 
 
 @kernel_with("nnan", "nsz")
@@ -44,35 +91,39 @@ def is_finite(x: Floats) -> bool:
 
 
 @kernel
-def count_iterations(iterations: int, age: Ints, key: Floats) -> None:
+def count_iterations(iterations: int, kept: Kept) -> None:
     """Count a step's iterations, and drop factors that have come to cost more than new ones."""
+    age = kept.age
     if age[0] == 0:
         age[0] = iterations
     else:
         age[1] += max(iterations - age[0], 0)
         if age[1] > SPARE_ITERATIONS:
-            key[0] = np.nan
+            drop(kept)
 
 
 @kernel
 def converged(
     change: float, previous: float, largest: float, settled: bool, roundoff: float,
-    tolerance: float, rate: Floats,
+    tolerance: float, kept: Kept,
 ) -> tuple[bool, bool]:  # fmt: skip
-    """Whether to stop after an iteration, and whether it was slow.
+    """Whether to stop after an iteration, and whether it was slow: its factors are then dropped.
 
     What is left after it is the change times rate/(1 - rate) (Hairer and Wanner 1996, section
     IV.8), the rate being that of the factors in use, here or in earlier steps.
 
     change, previous : largest change of this iteration and the one before (inf: none), m/s^2.
     largest : what `tolerance` is relative to. settled : whether a slow iteration below `roundoff`
-    (m/s^2) may stop: the one before was fast, or its factors are new. rate : (1,), updated.
+    (m/s^2) may stop: the one before was fast, or its factors are new.
     """
-    slow, left = False, rate[0] ** 0.8  # a rate from an earlier step is trusted less
+    slow, left = False, kept.rate[0] ** 0.8  # a rate from an earlier step is trusted less
     if previous < np.inf:
         left = change / previous
         slow = left > SLOW_RATE
         if slow and change <= roundoff and settled:
             return True, slow
-        rate[0] = left
-    return change * min(1.0, left / max(1.0 - left, 0.5)) <= tolerance * largest, slow
+        kept.rate[0] = left
+    done = change * min(1.0, left / max(1.0 - left, 0.5)) <= tolerance * largest
+    if slow and not done:
+        drop(kept)
+    return done, slow

@@ -24,7 +24,7 @@ def collocated(contact: ContactState, integrator: GaussIntegrator) -> bool:
 @kernel
 def plain(of: GaussIntegrator) -> Integrator:
     """The part for generalized-alpha, which takes the steps in the other modes."""
-    return Integrator(of.co, of.chain, of.law, of.work)
+    return Integrator(*of[:4])
 
 
 @kernel
@@ -68,15 +68,13 @@ def loss_by_mode(
 @kernel
 def alpha_with(co: Coefficients, of: Integrator) -> Integrator:
     """The integrator with other coefficients of generalized-alpha."""
-    return Integrator(co, of.chain, of.law, of.work)
+    return Integrator(co, *of[1:])
 
 
 @kernel
 def gauss_with(co: Coefficients, of: GaussIntegrator) -> GaussIntegrator:
     """`alpha_with` for an integrator with collocation."""
-    return GaussIntegrator(
-        co, of.chain, of.law, of.work, of.tableau, of.gauss, of.flight, of.contact
-    )
+    return GaussIntegrator(co, *of[1:])
 
 
 take_step = by_type(GaussIntegrator, step_by_mode, generalized_alpha.step)

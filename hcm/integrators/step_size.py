@@ -2,13 +2,12 @@
 
 import math
 
-import numpy as np
-
 from hcm.compiled import kernel
 from hcm.contact.contract import Law, normal_slope
 from hcm.contact.events import SEPARATION, SlotValues
 from hcm.contact.law import FLIGHT, STICK, ContactState
 from hcm.integrators.event_search import NO_EVENT, overshot
+from hcm.integrators.newton import drop
 from hcm.integrators.stages import find_event
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
 from hcm.state import Motion, RunTotals, StepLimits
@@ -62,7 +61,7 @@ def accepted_step(
     slot, trials, growth = NO_EVENT, 0, GROW
     for repeats in range(REPEATS + 1):
         if not take_step(h, contact, old, new, integrator):
-            work.key[0] = np.nan
+            drop(work.kept)
             h *= 0.5
             continue
         bound = min(limits.contact_tolerance, TRAVEL_SHARE * speed * h)
@@ -90,6 +89,6 @@ def accepted_step(
         trials += used
         if math.isfinite(length):
             return length, slot, trials, repeats, growth
-        work.key[0] = np.nan
+        drop(work.kept)
         h *= 0.5
     return h, NO_EVENT, trials, REPEATS + 1, growth

@@ -9,6 +9,7 @@ from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain
 from hcm.compiled import kernel
 from hcm.contact.contract import Law
+from hcm.integrators.newton import Kept, nothing_kept
 
 
 class Coefficients(NamedTuple):
@@ -29,22 +30,17 @@ class Coefficients(NamedTuple):
 class Workspace(NamedTuple):
     """Factors kept between iterations and steps, with what they belong to, and scratch.
 
-    factors : (w + n, w + 1). key : (5,) integrator weight (NaN: nothing kept), the contact's
-    `stiffness_key`, and the factor of the part outside the factors. rank_one : (w + n,) the
-    factors' solution for that part.
-    right : (w + n,) right-hand side. increment : (n,) change of q over the step. rate : (1,) last
-    contraction that the factors gave, 1 while unknown. age : (2,) iterations of the first step with
-    these factors (0 before its end), and those beyond that in later steps. cost : (2,) iterations
-    and factorizations so far.
+    factors : (w + n, w + 1). kept : what they belong to. rank_one : (w + n,) the factors' solution
+    for the part outside them.
+    right : (w + n,) right-hand side. increment : (n,) change of q over the step. cost : (2,)
+    iterations and factorizations so far.
     """
 
     factors: Floats
-    key: Floats
+    kept: Kept
     rank_one: Floats
     right: Floats
     increment: Floats
-    rate: Floats
-    age: Ints
     cost: Ints
 
 
@@ -75,6 +71,5 @@ def coefficients(spectral_radius: float, tolerance: float, reuse: bool = True) -
 def workspace(n: int) -> Workspace:
     """Allocate for n bordered unknowns, with no factors kept."""
     rank_one, right = np.zeros((2, HALF_BANDWIDTH + n))
-    age, cost = np.zeros((2, 2), dtype=np.int64)
-    key, rate = np.array([np.nan] * 5), np.array([1.0])
-    return Workspace(storage(n), key, rank_one, right, np.empty(n), rate, age, cost)
+    cost = np.zeros(2, dtype=np.int64)
+    return Workspace(storage(n), nothing_kept(), rank_one, right, np.empty(n), cost)

@@ -99,21 +99,13 @@ def transition(
     if slot == SEPARATION:
         return ContactState(FLIGHT, FREE, 0.0, 0.0, min(gap, 0.0), x), LIFT_OFF
     if slot == NORMAL:
-        compressing = contact.normal_mode == COMPRESSION
-        normal = RESTITUTION if compressing else COMPRESSION
-        kind = TO_RESTITUTION if compressing else TO_COMPRESSION
-        return (
-            ContactState(
-                normal, contact.tangential_mode, contact.slip_sign, fn, gap, contact.particle
-            ),
-            kind,
-        )
+        mode, sign, particle = contact.tangential_mode, contact.slip_sign, contact.particle
+        if contact.normal_mode == COMPRESSION:
+            return ContactState(RESTITUTION, mode, sign, fn, gap, particle), TO_RESTITUTION
+        return ContactState(COMPRESSION, mode, sign, fn, gap, particle), TO_COMPRESSION
+    normal, force, begun = contact.normal_mode, contact.force_ref, contact.gap_ref
     if contact.tangential_mode == STICK:
         sign = math.copysign(1.0, x - contact.particle)
-        mode = contact.normal_mode
-        return ContactState(mode, SLIP, sign, contact.force_ref, contact.gap_ref, x), TO_SLIP
+        return ContactState(normal, SLIP, sign, force, begun, x), TO_SLIP
     particle = particle_position(x, gap, contact, law)
-    return (
-        ContactState(contact.normal_mode, STICK, 0.0, contact.force_ref, contact.gap_ref, particle),
-        TO_STICK,
-    )
+    return ContactState(normal, STICK, 0.0, force, begun, particle), TO_STICK

@@ -38,7 +38,7 @@ import math
 
 from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
-from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
+from hcm.beam.joint_torque import torque_force, torque_tangent, turn_rate, turned_angle
 from hcm.compiled import kernel
 from hcm.contact.law import FLIGHT, RESTITUTION, SLIP, STICK, ContactState
 from hcm.contact.round_tip_law import (
@@ -61,6 +61,7 @@ from hcm.contact.round_tip_law import (
     indentation,
     normal_slope,
     particle_velocity,
+    slip_limit,
     spring_displacement,
     stored_energy,
 )
@@ -72,7 +73,7 @@ POSITION_TOLERANCE = 1e-13
 
 @kernel
 def arm(law: RoundTipLaw) -> float:
-    """Lever arm of F_t about C, m."""
+    """Lever arm of F_t about C, and how far the axis goes on beyond C, m."""
     return law.radius if law.lowest else 0.0
 
 
@@ -83,6 +84,25 @@ def tip_path(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
     turned = turned_angle(law.memory[SLOPE_X], law.memory[SLOPE_Y], q[tip + 2], q[tip + 3])
     moved = q[tip] - law.memory[TIP_X] + arm(law) * turned
     return law.memory[CONTACT_X] + moved, gap
+
+
+@kernel
+def path_rate(q: Floats, v: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
+    """Rates of `tip_path` at velocities v, m/s."""
+    turning = turn_rate(q[tip + 2], q[tip + 3], v[tip + 2], v[tip + 3])
+    return v[tip] + arm(law) * turning, v[tip + 1]
+
+
+@kernel
+def yielding(
+    tx: float, ty: float, ny: float, law: RoundTipLaw
+) -> tuple[float, float, float, float, float]:
+    """a, b, c, d of 1 - C t = [[a, b], [c, d]], t the springs' slopes [[tx, ty], [0, ny]], and its
+    determinant.
+    """
+    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
+    return a, b, c, d, a * d - b * c
 
 
 @kernel
@@ -100,9 +120,7 @@ def spring_position(
     for _ in range(ITERATIONS):
         ft, fn, tx, ty, ny = force_and_slopes(x, y, contact, law)
         rx, ry = along + cxx * ft + cxn * fn - x, gap + cxn * ft - y
-        a, b = 1.0 - cxx * tx, -cxx * ty - cxn * ny
-        c, d = -cxn * tx, 1.0 - cxn * ty
-        det = a * d - b * c
+        a, b, c, d, det = yielding(tx, ty, ny, law)
         dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
         x, y = x + dx, y + dy
         # the springs' depth is a difference from that of the last reversal
@@ -126,27 +144,18 @@ def contact_position(
 
 
 @kernel
-def spin(q: Floats, v: Floats, tip: int) -> float:
-    """psi., rad/s."""
-    sx, sy = q[tip + 2], q[tip + 3]
-    return (sx * v[tip + 3] - sy * v[tip + 2]) / (sx * sx + sy * sy)
-
-
-@kernel
 def contact_velocity(
     q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
     """The springs' velocity, m/s; with accelerations for v, their acceleration without products of
     velocities.
     """
-    vt, vn = v[tip] + arm(law) * spin(q, v, tip), v[tip + 1]
+    vt, vn = path_rate(q, v, tip, law)
     if contact.normal_mode == FLIGHT:
         return vt, vn
     x, y = contact_position(q, tip, contact, law)
     _, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
-    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
-    det = a * d - b * c
+    a, b, c, d, det = yielding(tx, ty, ny, law)
     return (d * vt - b * vn) / det, (a * vn - c * vt) / det
 
 
@@ -157,20 +166,14 @@ def tip_slopes(
     """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
     x, y = contact_position(q, tip, contact, law)
     ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
-    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
-    det = a * d - b * c
-    return (
-        ft,
-        (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det,
-    )  # fmt: skip
+    a, b, c, d, det = yielding(tx, ty, ny, law)
+    return ft, (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det
 
 
 @kernel
 def axis_end(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
     """The pole, R beyond C along r', m; with v for q, its velocity, m/s."""
-    beyond = law.radius if law.lowest else 0.0
-    return q[tip] + beyond * q[tip + 2], q[tip + 1] + beyond * q[tip + 3]
+    return q[tip] + arm(law) * q[tip + 2], q[tip + 1] + arm(law) * q[tip + 3]
 
 
 @kernel
@@ -200,7 +203,7 @@ def rate_force(
     more, along = -radiation_damping(gap, contact, law) * v[tip + 1], 0.0
     if law.relaxation > 0.0:
         _, tx, tg, nx, ng = tip_slopes(q, tip, contact, law)
-        vt, vn = v[tip] + arm(law) * spin(q, v, tip), v[tip + 1]
+        vt, vn = path_rate(q, v, tip, law)
         more += law.relaxation * (nx * vt + ng * vn)
         along = law.relaxation * (tx * vt + tg * vn)
     more = max(more, -fn)
@@ -235,7 +238,7 @@ def rate_power(q: Floats, v: Floats, tip: int, contact: ContactState, law: Round
     power = -more_n * v[tip + 1]
     if more_t != 0.0:
         vt, vn = contact_velocity(q, v, tip, contact, law)
-        along = v[tip] + arm(law) * spin(q, v, tip)
+        along, _ = path_rate(q, v, tip, law)
         slid = -more_t * (along - particle_velocity(y, vt, vn, contact, law))
         power += slid if law.relaxation > 0.0 else max(slid, 0.0)
     return power
@@ -267,14 +270,15 @@ def add_rate(
     q: Floats, weight: float, tip: int, contact: ContactState, law: RoundTipLaw, rows: Floats
 ) -> None:
     """Add -weight dF_n/dg. and -weight dF_t/dX. to `rows`."""
-    if contact.normal_mode != FLIGHT and has_rate_force(law):
-        _, y = contact_position(q, tip, contact, law)
-        damping = radiation_damping(y, contact, law)
-        if law.relaxation > 0.0:
-            _, tx, _, _, ng = tip_slopes(q, tip, contact, law)
-            damping -= law.relaxation * ng
-            rows[HALF_BANDWIDTH + tip, HALF_BANDWIDTH] -= weight * law.relaxation * tx
-        rows[HALF_BANDWIDTH + tip + 1, HALF_BANDWIDTH] += weight * damping
+    if contact.normal_mode == FLIGHT or not has_rate_force(law):
+        return
+    w, (_, y) = HALF_BANDWIDTH, contact_position(q, tip, contact, law)
+    damping = radiation_damping(y, contact, law)
+    if law.relaxation > 0.0:
+        _, tx, _, _, ng = tip_slopes(q, tip, contact, law)
+        damping -= law.relaxation * ng
+        rows[w + tip, w] -= weight * law.relaxation * tx
+    rows[w + tip + 1, w] += weight * damping
 
 
 @kernel
@@ -334,7 +338,7 @@ def commit_history(q: Floats, tip: int, contact: ContactState, law: RoundTipLaw)
     d, _ = indentation(y, contact, law)
     if contact.tangential_mode == STICK:
         for i in range(law.springs.size):
-            limit, u = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0), 0.0
+            limit, u = slip_limit(i, d, law), 0.0
             if limit > 0.0:
                 u = spring_displacement(i, x - memory[SPRING_X], d, law)[0]
             law.springs[i] = min(max(u, -limit), limit)
@@ -367,5 +371,4 @@ def begin_mode(
         _, gap = spring_position(memory[CONTACT_X], memory[GAP], before, law)
         d, _ = indentation(gap, before, law)
         for i in range(law.springs.size):
-            limit = law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0)
-            law.springs[i] = before.slip_sign * limit
+            law.springs[i] = before.slip_sign * slip_limit(i, d, law)

@@ -114,6 +114,12 @@ def normal_energy(d: float, law: RoundTipLaw) -> float:
 
 
 @kernel
+def slip_limit(i: int, d: float, law: RoundTipLaw) -> float:
+    """Largest |u_i| of a spring that sticks, m."""
+    return law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0)
+
+
+@kernel
 def spring_displacement(i: int, moved: float, d: float, law: RoundTipLaw) -> tuple[float, float]:
     """(u_i, du_i/dmoved) of a spring that sticks, m; moved : change of the springs' X since the
     last accepted step, m. A spring that touches within the step takes only the part from then on.
@@ -134,7 +140,7 @@ def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float,
     for i in range(law.springs.size):
         if law.depth[i] >= d:
             break
-        limit, width = limits * (d - law.depth[i]), law.width[i]
+        limit, width = slip_limit(i, d, law), law.width[i]
         u, share = spring_displacement(i, moved, d, law)
         if abs(u) > limit:
             u = math.copysign(limit, u)
@@ -161,10 +167,8 @@ def force_and_slopes(
         share = contact.slip_sign * law.mu
         return -share * fn, fn, 0.0, share * slope * rate, -slope * rate
     if contact.tangential_mode == STICK and law.springs.size == 0:
-        return (
-            -law.tangential_stiffness * (x - contact.particle), fn, -law.tangential_stiffness, 0.0,
-            -slope * rate,
-        )  # fmt: skip
+        kt = law.tangential_stiffness
+        return -kt * (x - contact.particle), fn, -kt, 0.0, -slope * rate
     if contact.tangential_mode == STICK:
         total, by_way, by_depth, _ = spring_sums(x - law.memory[SPRING_X], d, law)
         size = 2.0 * law.effective_shear_modulus
@@ -232,6 +236,12 @@ def relaxing_share(law: RoundTipLaw) -> float:
 
 
 @kernel
+def grip_unit(d: float, law: RoundTipLaw) -> float:
+    """2 G* a, by which `margins` makes forces of springs' displacements, N/m."""
+    return 2.0 * law.effective_shear_modulus * math.sqrt(law.radius * max(d, 0.0))
+
+
+@kernel
 def margins(
     x: float, gap: float, vn: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
@@ -244,8 +254,7 @@ def margins(
     if law.springs.size == 0:
         ft, fn = contact_force(x, gap, contact, law)
         return push, law.mu * fn - abs(ft)
-    size = 2.0 * law.effective_shear_modulus * math.sqrt(law.radius * max(d, 0.0))
-    return push, size * (law.mu / law.tangential_ratio * d - abs(x - contact.particle))
+    return push, grip_unit(d, law) * (law.mu / law.tangential_ratio * d - abs(x - contact.particle))
 
 
 @kernel
@@ -258,8 +267,7 @@ def margin_rates(
     if law.springs.size == 0:
         grip = -law.mu * normal_slope(gap, contact, law) * vn - law.tangential_stiffness * pull
     else:
-        size = 2.0 * law.effective_shear_modulus * math.sqrt(law.radius * max(d, 0.0))
-        grip = -size * (law.mu / law.tangential_ratio * rate * vn + pull)
+        grip = -grip_unit(d, law) * (law.mu / law.tangential_ratio * rate * vn + pull)
     return -push_unit(law) * rate * (vn + relaxing_share(law) * an), grip
 
 
@@ -275,12 +283,10 @@ def friction_loss(
         slid = particle_position(x1, gap1, contact, law) - particle_position(x0, gap0, contact, law)
         return loss - 0.5 * (ft0 + ft1) * slid
     d0, d1 = indentation(gap0, contact, law)[0], indentation(gap1, contact, law)[0]
-    share = law.mu / law.tangential_ratio
     for i in range(law.springs.size):
         if law.depth[i] >= max(d0, d1):
             break
-        before = share * max(d0 - law.depth[i], 0.0)
-        limit = share * max(d1 - law.depth[i], 0.0)
+        before, limit = slip_limit(i, d0, law), slip_limit(i, d1, law)
         excess = abs(spring_displacement(i, x1 - x0, d1, law)[0]) - limit
         loss += law.effective_shear_modulus * law.width[i] * (before + limit) * max(excess, 0.0)
     return loss

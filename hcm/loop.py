@@ -66,6 +66,17 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
         motion.jerk[i] = 0.0
 
 
+@kernel
+def limit_reached(in_flight: bool, totals: RunTotals, limits: StepLimits) -> int:
+    """Why no further step may be taken; RUNNING: one may."""
+    if limits.end_time - totals.time <= LAST_STEP * totals.time:
+        return DONE
+    elapsed = totals.time - totals.phase_start
+    if in_flight:
+        return FLIGHT_TOO_LONG if elapsed > limits.max_flight_time else RUNNING
+    return CONTACT_TOO_LONG if elapsed > limits.max_contact_time else RUNNING
+
+
 @kernel_with("contract", nogil=True)  # so that the thread in `hcm.batch` can watch the parent
 def advance(
     old: Motion, new: Motion, contact: ContactState, totals: RunTotals, limits: StepLimits,
@@ -86,17 +97,10 @@ def advance(
     full = rows.shape[0] - rows_of_step(integrator)
     while n_rows <= full and n_events < events.time.size and work.cost[0] < limits.iterations:
         in_flight = contact.normal_mode == FLIGHT
+        code = limit_reached(in_flight, totals, limits)
+        if code != RUNNING:
+            break
         remaining = limits.end_time - totals.time
-        if remaining <= LAST_STEP * totals.time:
-            code = DONE
-            break
-        elapsed = totals.time - totals.phase_start
-        if in_flight and elapsed > limits.max_flight_time:
-            code = FLIGHT_TOO_LONG
-            break
-        if not in_flight and elapsed > limits.max_contact_time:
-            code = CONTACT_TOO_LONG
-            break
         h = last = min(totals.step, remaining)
         rebound = limits.undamped and in_flight and totals.taps > 0
         method = with_coefficients(trapezoidal(co) if rebound else co, integrator)

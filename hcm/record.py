@@ -18,7 +18,7 @@ from hcm.contact.contract import (
     tip_force,
 )
 from hcm.contact.events import TOUCH
-from hcm.contact.law import ContactState
+from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.step import AnyIntegrator
 from hcm.result import COLUMNS, EVENT_KINDS, Event
 from hcm.state import Motion, RunTotals
@@ -168,9 +168,10 @@ class Segment(NamedTuple):
 
 def first_segment(
     contact: ContactState, totals: RunTotals, rows: Floats, reactions: Floats, steps: int,
-    touched: bool, motion: Motion,
+    motion: Motion,
 ) -> Segment:  # fmt: skip
     """The segment up to the beams' start at `motion`: at the first touch, or before any event."""
+    touched = contact.normal_mode != FLIGHT
     events = (Event(totals.time, EVENT_KINDS[TOUCH]),) if touched else ()
     q, v = np.empty((2, len(events), motion.q.size))
     q[:], v[:] = motion.q, motion.v

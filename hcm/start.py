@@ -112,7 +112,7 @@ def start_in_flight(model: Model, step: float) -> BeamStart:
         rows[0], reactions[0], model.settings.consistent_start, motion, totals, IN_FLIGHT,
         model.generalized_alpha, model.probe,
     )  # fmt: skip
-    segment = first_segment(IN_FLIGHT, totals, rows, reactions, 0, False, motion)
+    segment = first_segment(IN_FLIGHT, totals, rows, reactions, 0, motion)
     return BeamStart(motion, segment, Status.COMPLETED if solved else Status.NEWTON_FAILED)
 
 
@@ -141,8 +141,7 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
             rows[-1], reactions[-1], model.settings.consistent_start, motion, at, IN_FLIGHT,
             model.generalized_alpha, model.probe,
         )  # fmt: skip
-    touched = code == TOUCHED
-    segment = first_segment(ContactState(*contact), at, rows, reactions, steps, touched, motion)
+    segment = first_segment(ContactState(*contact), at, rows, reactions, steps, motion)
     return BeamStart(motion, segment, _STATUS[code] if solved else Status.NEWTON_FAILED, left_out)
 
 
@@ -167,15 +166,14 @@ def start_divided(
     row, reaction = empty_rows(1, model.chain)
     rows = np.concatenate([*[s.rows for s in segments], row])
     reactions = np.concatenate([*[s.reactions for s in segments], reaction])
-    touched = bool(last.events)
     contact = last.contact
-    if touched:
+    if last.events:
         contact = first_contact(start, model.chain.tip, model.generalized_alpha.law)
     solved = write_first_row(
         rows[-1], reactions[-1], True, start, last.totals, contact, model.generalized_alpha,
         model.probe,
     )  # fmt: skip
-    segment = first_segment(contact, last.totals, rows, reactions, last.steps, touched, start)
+    segment = first_segment(contact, last.totals, rows, reactions, last.steps, start)
     return BeamStart(start, segment, status if solved else Status.NEWTON_FAILED)
 
 

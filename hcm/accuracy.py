@@ -30,9 +30,9 @@ from hcm.estimate import (
 )
 from hcm.fall import bending_wave_stress, omitted_time
 from hcm.model import Scene
-from hcm.other_ends import held_touches, with_other_ends
+from hcm.other_ends import with_other_ends
 from hcm.parameters import GAUSS, Finger
-from hcm.result import Accuracy, Choice, Status, TapResult
+from hcm.result import Accuracy, Choice, Errors, Status, TapResult
 from hcm.simulate import simulate_scene
 from hcm.stepping import Progress
 
@@ -70,6 +70,7 @@ def simulate_within(
     first: tuple[TapResult, float, bool, Chosen] | None = None
     expected: float | None = None
     chance = False
+    solve_scene = partial(simulate_scene, progress=progress)
     chosen = settings_for(accuracy, scene, stated)
     while True:
         spent, beyond = spent + time.perf_counter() - began, ""
@@ -98,15 +99,12 @@ def simulate_within(
                 continue
         if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
             break
-        coarser = _coarser(chosen, result)
-        coarse = simulate_scene(coarser, progress)
+        coarse = solve_scene(_coarser(chosen, result))
         if coarse.status is Status.INTERRUPTED:
             result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
             break
         result, expected = _compared(result, coarse, chosen)
-        errors, doubts, ended = with_other_ends(
-            result, result.errors, partial(_of_touches, result, progress)
-        )
+        errors, doubts, ended = with_other_ends(result, result.errors, solve_scene)
         if ended is Status.INTERRUPTED:
             message = f"{ended.value}{REPEATED}"
             result = replace(result, status=ended, message=message, errors={})
@@ -142,10 +140,6 @@ def _solve(chosen: Chosen, progress: Progress | None) -> TapResult:
     if scene.settings.estimate:
         scene = replace(scene, settings=replace(scene.settings, estimate=False))
     return simulate_scene(scene, progress, chosen.fall)
-
-
-def _of_touches(run: TapResult, progress: Progress | None, until_s: float) -> TapResult:
-    return simulate_scene(held_touches(run, until_s), progress)
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:
@@ -188,19 +182,18 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     """Return the run with its estimated errors, and its largest expected relative error."""
     left_out = chosen.flight_error if chosen.flight_error < math.inf else 0.0
     settings = chosen.scene.settings
-    rods, located = settings.flight == "rigid", settings.contact_integrator == GAUSS
     single = any(phalanx.elements == 1 for phalanx in chosen.scene.finger.phalanges)
     single |= chosen.followed and settings.flight_elements == 1
     of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION_ERROR_RATIO - 1)
     bent = late = 0.0
-    if rods and (fall := chosen.fall):
+    if settings.flight == "rigid" and (fall := chosen.fall):
         finger = chosen.scene.finger
         bent = bending_wave_stress(fall.ringing + fall.bending, finger.phalanges[-1])
         late = omitted_time(fall.largest / fall.speed, finger, fall.time)
     # not estimated from two runs: `SAFETY`, which multiplies all errors below, does not apply
     omitted = bent / SAFETY, late / SAFETY
-    apart_by = companion_errors(result, coarse, of_stress, left_out, rods, located, *omitted)
-    errors: dict[str, float | tuple[float, float]] = {
+    apart_by = companion_errors(result, coarse, of_stress, left_out, *omitted)
+    errors: Errors = {
         name: (SAFETY * e[0], SAFETY * e[1]) if isinstance(e, tuple) else SAFETY * e
         for name, e in apart_by.items()
     }

@@ -28,7 +28,7 @@ from hcm.dataset import unit_of
 from hcm.estimate import TITLES
 from hcm.model import Scene
 from hcm.parameters import Finger, ParameterError
-from hcm.result import Summary
+from hcm.result import Errors, Summary
 from hcm.simulate import simulate_scene
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Outcome:
     status: str
     message: str
     summary: Summary | None = None
-    errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
+    errors: Errors = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
     steps: int = 0
     wall_time_s: float = 0.0
@@ -104,15 +104,11 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
             plain = value.tolist() if hasattr(value, "tolist") else value
             changes.setdefault(part, {})[of] = tuple(plain) if isinstance(plain, list) else plain
         try:
-            given = {
-                part: replace(getattr(scene, part), **changed)
-                for part, changed in changes.items()
-                if part != "phalanx"
-            }
-            if phalanx := changes.get("phalanx"):
-                given["finger"] = Finger(
-                    tuple(replace(p, **phalanx) for p in scene.finger.phalanges)
-                )
+            phalanx = changes.pop("phalanx", None)
+            given = {part: replace(getattr(scene, part), **of) for part, of in changes.items()}
+            if phalanx:
+                links = tuple(replace(p, **phalanx) for p in scene.finger.phalanges)
+                given["finger"] = Finger(links)
             yield replace(scene, **given)
         except ParameterError as error:
             yield error

@@ -10,7 +10,7 @@ stress, whose order p may be as low as 1, that is half the error: its difference
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,12 +30,11 @@ from hcm.companion import (
 from hcm.contact.law import STICK
 from hcm.fall import bending_wave_stress, omitted_time
 from hcm.flight_band import flight_band, touch_band
-from hcm.parameters import GAUSS, Finger, Settings
-from hcm.result import Status, Summary, TapResult
+from hcm.model import Scene
+from hcm.parameters import GAUSS, Settings
+from hcm.result import Errors, Status, Summary, TapResult
 from hcm.summary import vertex
 from hcm.workload import most_steps
-
-Again = Callable[[Finger, Settings], TapResult]
 
 # The estimate of what a rigid flight leaves out is 8 to 200 times the change (`hcm.simulate`).
 LEFT_OUT_OVER = 8.0
@@ -83,7 +82,7 @@ class Estimate:
     can't be relied on, and doubt with what changes.
     """
 
-    errors: Mapping[str, float | tuple[float, float]]
+    errors: Errors
     cautions: tuple[str, ...]
     status: Status = Status.COMPLETED
     doubt: str = ""
@@ -139,23 +138,23 @@ def turn_band(own: TapResult, other: TapResult) -> float:
 
 def companion_errors(
     own: TapResult, other: TapResult, stress_factor: float = 1.0, omitted_speed_share: float = 0.0,
-    rods: bool = False, located: bool = False, omitted_stress: float = 0.0, omitted_s: float = 0.0,
-) -> dict[str, float | tuple[float, float]]:  # fmt: skip
+    omitted_stress: float = 0.0, omitted_s: float = 0.0,
+) -> Errors:  # fmt: skip
     """Estimate errors from the differences of two completed runs; inf if the other has no tap.
 
     omitted_speed_share : share of the speed of approach that both runs leave out (a vibration about
-    as long as the tap). rods : whether both flew as rods. located : whether the peak is the row of
-    a located event, as with collocation, instead of a vertex between rows. omitted_stress : of the
-    stress at R, Pa, and omitted_s : of the time of contact, s, the part that both runs leave out.
+    as long as the tap). omitted_stress : of the stress at R, Pa, and omitted_s : of the time of
+    contact, s, the part that both runs leave out.
     """
-    s, o = own.summary, other.summary
+    s, o, settings = own.summary, other.summary, own.given["settings"]
     velocity, theirs = s.tip_velocity_at_contact_m_per_s, o.tip_velocity_at_contact_m_per_s
     if theirs is None or velocity is None or other.status not in USABLE_STATUSES:
         return {name: (math.inf, math.inf) if "velocity" in name else math.inf for name in TITLES}
     late = _apart(s, o, "contact_time_s")
+    rods = settings.flight == "rigid"
     band = touch_band(late, velocity, theirs) if rods else flight_band(own, other)
     vn = max(abs(velocity[1]), 1e-300)
-    errors: dict[str, float | tuple[float, float]] = {
+    errors: Errors = {
         "contact_time_s": max(
             late, band.height / vn, omitted_speed_share * (s.contact_duration_s or 0.0), omitted_s
         ),
@@ -189,6 +188,8 @@ def companion_errors(
     )
     since = time - (s.contact_time_s or 0.0)
     rivals = rival_peaks(a.normal_force_N[mine], since, peak, of["peak_normal_force_N"])
+    # with collocation the peak is the row of a located event, else a vertex between rows
+    located = settings.contact_integrator == GAUSS
     of["peak_normal_force_time_s"] = max(
         of["peak_normal_force_time_s"],
         float(np.abs(rivals - at).max(initial=0.0)),
@@ -202,9 +203,7 @@ def _apart(own: Summary, other: Summary, name: str) -> float:
     return abs(float(getattr(own, name)) - float(getattr(other, name)))
 
 
-def relative_errors(
-    summary: Summary, errors: Mapping[str, float | tuple[float, float]]
-) -> dict[str, float]:
+def relative_errors(summary: Summary, errors: Errors) -> dict[str, float]:
     """Errors over their numbers; a velocity's over the speed."""
     shares = {}
     for name, error in errors.items():
@@ -216,7 +215,7 @@ def relative_errors(
     return shares
 
 
-def caution(shares: Mapping[str, float], settings: Settings, held: bool = False) -> tuple[str, ...]:
+def caution(shares: dict[str, float], settings: Settings, held: bool = False) -> tuple[str, ...]:
     """One line that names what is known to less than `CAUTION_ERROR`, and the remedy.
 
     held : whether the settings follow from an accuracy.
@@ -266,38 +265,37 @@ def _percent(share: float) -> str:
 
 
 def estimate_errors(
-    own: TapResult, again: Again, finger: Finger, settings: Settings, left_out: float = 0.0
+    own: TapResult, again: Callable[[Scene], TapResult], left_out: float = 0.0
 ) -> Estimate:
     """Solve a completed run's scene again, more cheaply, to estimate the errors of its first tap.
 
-    again : solves the same scene with another finger and settings. left_out : as in `BeamStart`; a
-    rigid companion leaves it out too.
+    again : solves a scene. left_out : as in `BeamStart`; a rigid companion leaves it out too.
     """
+    scene = Scene(**own.given)
+    finger, settings = scene.finger, scene.settings
     half, most = companion_finger(finger), most_steps(finger)
     coarse = rescaled_settings(settings, own, STEP_RATIO, min(most, most_steps(half)))
     steady = undamped_settings(coarse, own)
     taps = max(tap_peaks(own).size, 1)
     # equal steps may be too long for some part of a flight, whose energy then grows
     for changed in [replace(steady, taps=taps), *([steady] if taps > 1 else []), coarse]:
-        other = again(half, changed)
+        other = again(replace(scene, finger=half, settings=changed))
         if other.status in (*USABLE_STATUSES, Status.INTERRUPTED):
             break
     if other.status is Status.INTERRUPTED:
         return Estimate({}, (), Status.INTERRUPTED, REPEATED)
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
-    how = {"rods": settings.flight == "rigid", "located": settings.contact_integrator == GAUSS}
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
     lasts = max((own.summary.contact_time_s or 0.0) - float(own.history.time_s[0]), 0.0)
-    errors = companion_errors(
-        own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER,
-        omitted_stress=bent, omitted_s=omitted_time(left_out, finger, lasts), **how,
-    )  # fmt: skip
+    late = omitted_time(left_out, finger, lasts)
+    errors = companion_errors(own, other, 2.0 if few else 1.0, left_out / LEFT_OUT_OVER, bent, late)
     if folded(own, finger.length) or grazes(own):
-        tight = again(finger, rescaled_settings(settings, own, TIGHTER ** (1 / 3), most))
+        tighter = rescaled_settings(settings, own, TIGHTER ** (1 / 3), most)
+        tight = again(replace(scene, settings=tighter))
         if tight.status is Status.INTERRUPTED:
             return Estimate({}, (), Status.INTERRUPTED, REPEATED)
-        changes = relative_errors(own.summary, companion_errors(own, tight, **how))
+        changes = relative_errors(own.summary, companion_errors(own, tight))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > CAUTION_ERROR:
             doubt = f"; {TIGHTER:g} times the tolerances change the {TITLES[what]}"

@@ -7,13 +7,13 @@ again with the touches of that end (`Settings.tap_until`), and the differences c
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 
 from hcm.companion import repetition_settings
 from hcm.estimate import FROM_SPEED, USABLE_STATUSES
 from hcm.model import Scene
-from hcm.result import OtherEnd, Status, TapResult
+from hcm.result import Errors, OtherEnd, Status, TapResult
 from hcm.workload import most_steps
 
 THRESHOLD_SHARE, ERROR_FACTOR = 1e-4, 4.0
@@ -32,7 +32,6 @@ UNKNOWN = (
     "the first tap may end after {:.4g} us or include the touches up to {:.4g} us, but a run"
     " with those ended as {}: fix its end with solver.hcm.tap_until"
 )
-Errors = Mapping[str, float | tuple[float, float]]
 
 
 def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
@@ -48,16 +47,16 @@ def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
 
 
 def with_other_ends(
-    result: TapResult, errors: Errors, again: Callable[[float], TapResult]
-) -> tuple[dict[str, float | tuple[float, float]], tuple[str, ...], Status]:
+    result: TapResult, errors: Errors, again: Callable[[Scene], TapResult]
+) -> tuple[Errors, tuple[str, ...], Status]:
     """Extend the errors to the tap's open ends; return them, a caution for each end, the status.
 
     An error is inf if that end's run has no whole tap or its tap goes on. If a run is interrupted,
-    errors and cautions are empty. again : solves the scene with `Settings.tap_until`, s
+    errors and cautions are empty. again : solves a scene.
     """
     found, doubts = dict(errors), list[str]()
     for end in open_ends(result, errors):
-        other = again(end.until_s)
+        other = again(held_touches(result, end.until_s))
         if other.status is Status.INTERRUPTED:
             return {}, (), other.status
         # after touches that it nearly counted in, the rule itself may go on
@@ -80,13 +79,11 @@ def with_other_ends(
 def held_touches(result: TapResult, until_s: float) -> Scene:
     """The scene of a run, for its first tap alone, of these touches."""
     scene = Scene(**result.given)
+    most = scene.settings.max_steps
     settings = replace(
         repetition_settings(scene.settings, result),
         tap_until=until_s,
         # another end may take more than the run had
-        max_steps=max(
-            scene.settings.max_steps,
-            min(4 * scene.settings.max_steps, most_steps(scene.finger)),
-        ),
+        max_steps=max(most, min(4 * most, most_steps(scene.finger))),
     )
     return replace(scene, settings=settings)

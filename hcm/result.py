@@ -217,6 +217,10 @@ class Accuracy:
     choices: tuple[Choice, ...]
 
 
+Errors = Mapping[str, float | tuple[float, float]]
+"""Absolute errors of the summary's numbers, by its fields."""
+
+
 class OtherEnd(NamedTuple):
     """An end that a first tap nearly had, with the touches that begin within `until_s` of its first
     one: the rule (`hcm.tap`) compared a time that is `apart_s` from its `threshold_s`.
@@ -248,7 +252,7 @@ class TapResult:
     summary: Summary
     event_postures: Sequence[Posture]
     frames: Sequence[Posture]
-    errors: Mapping[str, float | tuple[float, float]] = field(default_factory=dict)
+    errors: Errors = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
     accuracy: Accuracy | None = None
     taps: tuple[tuple[float, float], ...] = ()

@@ -17,7 +17,7 @@ from hcm.estimate import REPEATED, estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
 from hcm.model import Model, RigidStart, Scene, build_model, until_touch
-from hcm.other_ends import held_touches, with_other_ends
+from hcm.other_ends import with_other_ends
 from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
 from hcm.resolution import judge_steps
@@ -87,20 +87,9 @@ def simulate_scene(
     completed = result.status is Status.COMPLETED
     if not completed or not scene.settings.estimate or result.summary.contact_time_s is None:
         return result
-    found = estimate_errors(
-        result,
-        lambda finger, changed: simulate_scene(
-            replace(scene, finger=finger, settings=changed), progress
-        ),
-        scene.finger,
-        scene.settings,
-        begun.left_out,
-    )
-    errors, open_ends, ended = with_other_ends(
-        result,
-        found.errors,
-        lambda until: simulate_scene(held_touches(result, until), progress),
-    )
+    again = partial(simulate_scene, progress=progress)
+    found = estimate_errors(result, again, begun.left_out)
+    errors, open_ends, ended = with_other_ends(result, found.errors, again)
     status, doubt = found.status, found.doubt
     if ended is Status.INTERRUPTED:
         status, doubt = ended, REPEATED
@@ -118,14 +107,12 @@ def _begin(scene: Scene, model: Model, progress: Progress | None, fall: Fall | N
     of a flight as rods, or that of one of few elements.
     """
     finger, settings, assumptions = scene.finger, scene.settings, scene.assumptions
+    if settings.flight == "rigid":
+        rods = fall.rods if fall else build_rods(finger, scene.surface, scene.drive, assumptions)
+        return start_beams(model, rods, fall)
     few = flight_elements(finger, settings)
     if few is None:
-        rods = None
-        if settings.flight == "rigid":
-            rods = fall.rods if fall else build_rods(
-                finger, scene.surface, scene.drive, assumptions
-            )  # fmt: skip
-        return start_beams(model, rods, fall)
+        return start_beams(model)
     flight = until_touch(build_model(replace(scene, finger=few)), few, assumptions)
     up = start_beams(flight)
     taken = take_steps(flight, up, progress)

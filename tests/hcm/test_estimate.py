@@ -162,11 +162,11 @@ def test_a_companion_that_fails_gives_way_to_a_damped_one(one: hcm.TapResult) ->
     """Which is tolerance-controlled as the run is; where that fails too nothing is known."""
     asked: list[hcm.Settings] = []
 
-    def fails(_: hcm.Finger, settings: hcm.Settings) -> hcm.TapResult:
-        asked.append(settings)
+    def fails(scene: hcm.Scene) -> hcm.TapResult:
+        asked.append(scene.settings)
         return replace(one, status=hcm.Status.UNBALANCED)
 
-    found = estimate_errors(one, fails, ONE, hcm.Settings())
+    found = estimate_errors(one, fails)
     assert [(s.spectral_radius, s.flight_tolerance > 0) for s in asked] == [
         (1.0, False),
         (0.8, True),

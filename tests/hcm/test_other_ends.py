@@ -120,7 +120,7 @@ def test_of_an_end_whose_run_fails_nothing_is_known() -> None:
     run = fixed(estimate=False)
     failed = replace(run, status=hcm.Status.NEWTON_FAILED)
     errors = dict.fromkeys((*NUMBERS, "contact_time_s"), 1e-8)
-    found, (doubt,), ended = with_other_ends(run, errors, lambda until_s: failed)
+    found, (doubt,), ended = with_other_ends(run, errors, lambda scene: failed)
     assert ended is hcm.Status.COMPLETED
     assert all(math.isinf(found[name]) for name in NUMBERS)
     assert found["contact_time_s"] == 1e-8
@@ -131,7 +131,7 @@ def test_an_interrupt_leaves_no_errors() -> None:
     assert with_other_ends(
         fixed(estimate=False),
         dict.fromkeys(NUMBERS, 1e-8),
-        lambda until_s: replace(fixed(estimate=False), status=hcm.Status.INTERRUPTED),
+        lambda scene: replace(fixed(estimate=False), status=hcm.Status.INTERRUPTED),
     ) == ({}, (), hcm.Status.INTERRUPTED)
 
 

@@ -154,14 +154,15 @@ def companion_errors(
     rods = settings.flight == "rigid"
     band = touch_band(late, velocity, theirs) if rods else flight_band(own, other)
     vn = max(abs(velocity[1]), 1e-300)
+    along, across = (
+        max(abs(mine - its), known, omitted_speed_share * vn)
+        for mine, its, known in zip(velocity, theirs, band.velocity, strict=True)
+    )
     errors: Errors = {
         "contact_time_s": max(
             late, band.height / vn, omitted_speed_share * (s.contact_duration_s or 0.0), omitted_s
         ),
-        "tip_velocity_at_contact_m_per_s": (
-            max(abs(velocity[0] - theirs[0]), band.velocity[0], omitted_speed_share * vn),
-            max(abs(velocity[1] - theirs[1]), band.velocity[1], omitted_speed_share * vn),
-        ),
+        "tip_velocity_at_contact_m_per_s": (along, across),
     }
     mine, its = first_tap(own), first_tap(other)
     a, b = own.history, other.history
@@ -176,7 +177,7 @@ def companion_errors(
     sticks = bool((a.mode[mine][max(largest - 1, 0) : largest + 2] % 3 == STICK).any())
     of["peak_tangential_force_N"] = max(
         of["peak_normal_force_N"] / max(peak, 1e-300) * abs(s.peak_tangential_force_N or 0.0),
-        errors["tip_velocity_at_contact_m_per_s"][0] * peak / vn if sticks else 0.0,
+        along * peak / vn if sticks else 0.0,
         signed_error(a.tangential_force_N[mine], b.tangential_force_N[its]),
         between_rows(time, a.tangential_force_N[mine]),
     )

@@ -30,8 +30,10 @@ and Poeschel 1996, eq. 17), Mindlin's, and what the tip's own compliance takes:
 
     F += tau dF/dt,      dF/dt = dF/d(X, g) (X., g.) = dF/d(X, u_Y) (X., u_Y.) of the springs.
 
-The tip leaves where the whole F_n vanishes; what its springs still hold then is lost as the surface
-relaxes (`unrecovered_energy`).
+In restitution d falls by u_Y./e*^2, but the material is strained at the rate u_Y.: dF/du_Y is taken
+times e*^2 there (`strain_share`), which leaves no jump at the reversal. The tip leaves where the
+whole F_n vanishes; what its springs still hold then is lost as the surface relaxes
+(`unrecovered_energy`).
 """
 
 import math
@@ -40,7 +42,7 @@ from hcm.arrays import Floats
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.joint_torque import torque_force, torque_tangent, turn_rate, turned_angle
 from hcm.compiled import kernel
-from hcm.contact.law import FLIGHT, RESTITUTION, SLIP, STICK, ContactState
+from hcm.contact.law import FLIGHT, SLIP, STICK, ContactState
 from hcm.contact.round_tip_law import (
     COMPLIANCE_XX,
     COMPLIANCE_XY,
@@ -64,6 +66,7 @@ from hcm.contact.round_tip_law import (
     slip_limit,
     spring_displacement,
     stored_energy,
+    strain_share,
 )
 
 # Newton's last change of the springs' position, over the lengths of which it is a difference; the
@@ -164,9 +167,18 @@ def tip_slopes(
     q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float, float, float, float]:
     """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
+    return strained_slopes(1.0, q, tip, contact, law)
+
+
+@kernel
+def strained_slopes(
+    strain: float, q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float, float, float, float]:
+    """`tip_slopes` with dF/du_Y of the springs times `strain`, t diag(1, strain) (1 - C t)^-1."""
     x, y = contact_position(q, tip, contact, law)
     ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
     a, b, c, d, det = yielding(tx, ty, ny, law)
+    ty, ny = strain * ty, strain * ny
     return ft, (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det
 
 
@@ -186,8 +198,7 @@ def has_rate_force(law: RoundTipLaw) -> bool:
 def radiation_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
     """D k^2, N s/m, where the springs are at u_Y = gap."""
     k = normal_slope(gap, contact, law)
-    share = law.restitution * law.restitution if contact.normal_mode == RESTITUTION else 1.0
-    return share * law.radiation * k * k
+    return strain_share(contact, law) * law.radiation * k * k
 
 
 @kernel
@@ -202,7 +213,7 @@ def rate_force(
         return 0.0, 0.0
     more, along = -radiation_damping(gap, contact, law) * v[tip + 1], 0.0
     if law.relaxation > 0.0:
-        _, tx, tg, nx, ng = tip_slopes(q, tip, contact, law)
+        _, tx, tg, nx, ng = strained_slopes(strain_share(contact, law), q, tip, contact, law)
         vt, vn = path_rate(q, v, tip, law)
         more += law.relaxation * (nx * vt + ng * vn)
         along = law.relaxation * (tx * vt + tg * vn)
@@ -275,7 +286,7 @@ def add_rate(
     w, (_, y) = HALF_BANDWIDTH, contact_position(q, tip, contact, law)
     damping = radiation_damping(y, contact, law)
     if law.relaxation > 0.0:
-        _, tx, _, _, ng = tip_slopes(q, tip, contact, law)
+        _, tx, _, _, ng = strained_slopes(strain_share(contact, law), q, tip, contact, law)
         damping -= law.relaxation * ng
         rows[w + tip, w] -= weight * law.relaxation * tx
     rows[w + tip + 1, w] += weight * damping

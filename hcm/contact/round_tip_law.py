@@ -230,9 +230,15 @@ def push_unit(law: RoundTipLaw) -> float:
 
 
 @kernel
-def relaxing_share(law: RoundTipLaw) -> float:
-    """The exponent of F_n over d times tau, s."""
-    return (1.5 if law.hertz else 1.0) * law.relaxation
+def strain_share(contact: ContactState, law: RoundTipLaw) -> float:
+    """The material's rate of strain over that of d: e*^2 in restitution."""
+    return law.restitution * law.restitution if contact.normal_mode == RESTITUTION else 1.0
+
+
+@kernel
+def relaxing_share(contact: ContactState, law: RoundTipLaw) -> float:
+    """The exponent of F_n over d times tau and the `strain_share`, s."""
+    return (1.5 if law.hertz else 1.0) * law.relaxation * strain_share(contact, law)
 
 
 @kernel
@@ -247,10 +253,10 @@ def margins(
 ) -> tuple[float, float]:
     """Margins to separation, of d, and to slip, of the spring that slips last, as forces, N.
 
-    Of a material that relaxes F_n + tau F_n. vanishes sooner, where d = -1.5 tau d. (Hertz).
+    Of a material that relaxes the whole F_n vanishes sooner, where d = 1.5 tau u_Y. (Hertz).
     """
     d, rate = indentation(gap, contact, law)
-    push = push_unit(law) * (d - relaxing_share(law) * rate * vn)
+    push = push_unit(law) * (d - relaxing_share(contact, law) * rate * vn)
     if law.springs.size == 0:
         ft, fn = contact_force(x, gap, contact, law)
         return push, law.mu * fn - abs(ft)
@@ -268,7 +274,7 @@ def margin_rates(
         grip = -law.mu * normal_slope(gap, contact, law) * vn - law.tangential_stiffness * pull
     else:
         grip = -grip_unit(d, law) * (law.mu / law.tangential_ratio * rate * vn + pull)
-    return -push_unit(law) * rate * (vn + relaxing_share(law) * an), grip
+    return -push_unit(law) * rate * (vn + relaxing_share(contact, law) * an), grip
 
 
 @kernel

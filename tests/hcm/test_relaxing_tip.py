@@ -74,6 +74,46 @@ def test_it_adds_up_where_the_tip_sticks(tau: float, friction: float, restitutio
     assert (np.abs(history.tangential_force_N) <= within).all()
 
 
+def test_the_material_is_strained_as_fast_in_restitution() -> None:
+    """d falls e*^-2 times as fast as the tip moves; the viscous part is that of its motion, so that
+    no force jumps where a moving tip turns from one mode into the other.
+    """
+    tip = touched(law(mu=0.0)._replace(relaxation=TAU, restitution=0.2))
+    v = np.array([0.0, 0.3, 0.0, 0.0])
+    forces = [
+        round_tip_kinematics.tip_force(at(0.0, DEEP), v, 0, contact, tip)[1]
+        for contact in (
+            TOUCH._replace(tangential_mode=SLIP, slip_sign=1.0),
+            TOUCH._replace(
+                tangential_mode=SLIP, slip_sign=1.0, normal_mode=RESTITUTION, gap_ref=-DEEP,
+                force_ref=tip.k * DEEP**1.5,
+            ),
+        )
+    ]  # fmt: skip
+    assert forces[1] == pytest.approx(forces[0], rel=1e-9)
+    assert forces[0] == pytest.approx(tip.k * DEEP**1.5 * (1.0 - 1.5 * TAU * 0.3 / DEEP), rel=1e-9)
+
+
+def test_a_damped_tip_of_little_restitution_that_sticks_ends_as_its_errors_say() -> None:
+    """With tau times the rate of d, e*^-2 times that of the tip, F_n jumped by up to 5 % at each of
+    40 steps, and the tap lasted 17.0 us (+- 0.03) at 5e-3 for 15.4 at 1e-3.
+    """
+    rod = hcm.Phalanx(0.04, 0.015, 9.768e10, 1100.0, poisson_ratio=0.346, relaxation_time=9.44e-6)
+    scene = hcm.Scene(
+        hcm.Finger((rod,)), hcm.Surface(0.031248, 2.0), hcm.Tip(1e6, 0.15),
+        hcm.Drive((4.91362629171284e-3,)), start=hcm.RigidStart((0.497566,), (0.0,)),
+        assumptions=hcm.Assumptions("refined"),
+    )  # fmt: skip
+    coarse, fine = (hcm.simulate_within(accuracy, scene) for accuracy in (5e-3, 1e-3))
+    for name in ("contact_duration_s", "peak_normal_force_N", "normal_impulse_N_s"):
+        apart = abs(getattr(coarse.summary, name) - getattr(fine.summary, name))
+        assert apart < coarse.errors[name] + fine.errors[name], name
+    pressed = fine.history.mode > 2
+    force, time = fine.history.normal_force_N[pressed], fine.history.time_s[pressed]
+    bends = np.abs(np.diff(np.diff(force))[np.diff(time)[1:] > 0.0]) / force.max()
+    assert (bends > 0.02).sum() < 4
+
+
 def test_no_force_jumps_where_a_sticking_tip_turns_back() -> None:
     """The peak of e* = 0.1 was 81 N with steps for 1e-3 and 105 N with those for 1e-4."""
     result = damped_tap(TAU, 0.3, 1.5)
@@ -83,14 +123,16 @@ def test_no_force_jumps_where_a_sticking_tip_turns_back() -> None:
     assert np.abs(np.diff(force[row - 1 : row + 3])).max() < 0.02 * force.max()
 
 
-def test_it_leaves_where_the_whole_force_vanishes() -> None:
-    """The margin to separation has the sign of F_n + tau F_n., and its rate is its derivative."""
-    tip = touched(law(mu=0.0)._replace(relaxation=TAU))
+@pytest.mark.parametrize("restitution", [1.0, 0.3])
+def test_it_leaves_where_the_whole_force_vanishes(restitution: float) -> None:
+    """The margin to separation has the sign of the whole F_n, and its rate is its derivative."""
+    tip = touched(law(mu=0.0)._replace(relaxation=TAU, restitution=restitution))
     back = TOUCH._replace(normal_mode=RESTITUTION)
     for gap in -np.linspace(0.01, 1.0, 25) * DEEP:
         d, vn = round_tip_law.indentation(gap, back, tip)[0], 2.0
         _, fn = round_tip_law.contact_force(0.0, gap, back, tip)
-        whole = fn - TAU * round_tip_law.normal_slope(gap, back, tip) * vn
+        slope = round_tip_law.normal_slope(gap, back, tip)
+        whole = fn - TAU * restitution**2 * slope * vn
         push, _ = round_tip_law.margins(0.0, gap, vn, back, tip)
         assert np.sign(push) == np.sign(whole)
         assert push == pytest.approx(round_tip_law.push_unit(tip) * (d - 1.5 * TAU * vn), rel=1e-12)
@@ -133,7 +175,8 @@ def test_a_damped_taps_energy_adds_up(integrator: str, restitution: float) -> No
     last = int(result.history.time_s.searchsorted(left))
     assert force[last] < 0.02 * force.max()
     stored = result.history.contact_energy_J
-    assert stored[last - 1] > 1e-3 * stored.max()
+    # d left is 1.5 tau e* v of the approach, its energy goes as e*^2 d^(5/2)
+    assert stored[last - 1] > 1e-3 * restitution**4.5 * stored.max()
 
 
 def test_damping_lowers_peak_and_impulse() -> None:

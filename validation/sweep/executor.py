@@ -20,7 +20,16 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.console import say
 from validation.harness.processes import workers
 from validation.harness.provenance import cores
-from validation.sweep.runs import CRASHED, Row, SweepTask, check_program, programs, row, solve_tasks
+from validation.sweep.runs import (
+    CRASHED,
+    INTERRUPTED,
+    Row,
+    SweepTask,
+    check_program,
+    programs,
+    row,
+    solve_tasks,
+)
 
 Submit = Callable[..., "Future[list[Row]]"]
 
@@ -191,7 +200,7 @@ def solve_all(
             ready, _ = wait(running, COUNTED_S, FIRST_COMPLETED)
             if not ready and (error := crew.lost()):
                 raise error
-            for future in ready:
+            for future in sorted(ready, key=_is_cut):  # what is whole is kept before one raises
                 batch = running.pop(future)
                 rows = _rows(future, batch, again)
                 for task, found in zip(batch.tasks, rows, strict=bool(rows)):
@@ -202,6 +211,13 @@ def solve_all(
         if crew.lost() is None:
             for future in running:
                 future.cancel()
+
+
+def _is_cut(future: Future[list[Row]]) -> bool:
+    """Whether a batch has not got all its rows."""
+    if future.cancelled() or future.exception() is not None:
+        return True
+    return any(found["status"] == INTERRUPTED for found in future.result())
 
 
 def _rows(future: Future[list[Row]], batch: Batch, again: deque[Batch]) -> list[Row]:

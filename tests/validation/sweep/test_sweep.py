@@ -25,7 +25,7 @@ from validation.sweep.executor import Crew, solve_all
 from validation.sweep.page import write_report
 from validation.sweep.plan import read_plan
 from validation.sweep.points import points_of
-from validation.sweep.runs import CRASHED, Row, SweepTask
+from validation.sweep.runs import CRASHED, INTERRUPTED, Row, SweepTask
 
 __all__ = ["in_this_process"]  # a fixture
 
@@ -266,6 +266,26 @@ def test_a_scene_that_kills_its_worker_costs_the_others_nothing() -> None:
     assert [p for p, found in kept.items() if found["status"] == CRASHED] == [200]
     assert "worker died" in kept[200]["message"]
     assert sum(log) < 400 + 60
+
+
+def test_batches_that_are_whole_are_kept_before_an_interrupt_ends_the_sweep() -> None:
+    """They were dropped where the set of finished futures gave the interrupted one first."""
+    started: list[str] = []
+    kept: list[int] = []
+
+    def answer(given: tuple[str, ...]) -> list[Row]:
+        started.extend(given)
+        return [runs.row(INTERRUPTED, "")] if started[0] in given else answers(given)
+
+    def keep(task: SweepTask, found: Row) -> None:
+        if found["status"] == INTERRUPTED:
+            raise KeyboardInterrupt
+        kept.append(task.point)
+
+    with pytest.raises(KeyboardInterrupt):
+        solve_all(crew(answer, []), "soft", {}, tasks(4), keep)
+    assert sorted(kept) == list(range(1, len(started)))
+    assert len(started) > 1
 
 
 def test_what_a_lost_connection_cancels_is_sent_again() -> None:

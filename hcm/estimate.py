@@ -172,7 +172,8 @@ def companion_errors(
         name: max(_apart(s, o, name), share * abs(getattr(s, name))) for name in FROM_SPEED
     }
     peak, at = s.peak_normal_force_N or 0.0, s.peak_normal_force_time_s or 0.0
-    # a velocity's error gives a force by an impedance; a sticking tip's is at most the normal one's
+    # a velocity's error times an impedance is a force; where the tip sticks, the tangential
+    # impedance is at most the normal one, peak/v_n
     largest = int(np.abs(a.tangential_force_N[mine]).argmax())
     sticks = bool((a.mode[mine][max(largest - 1, 0) : largest + 2] % 3 == STICK).any())
     of["peak_tangential_force_N"] = max(

@@ -12,7 +12,7 @@ import meshes
 from reference_fem.arrays import Progress
 from reference_fem.coarse_flight import CoarseFlight, coarse_flight
 from reference_fem.dynamics.archive_check import check_archive
-from reference_fem.dynamics.loop import Reporting, ended, explicit_tap
+from reference_fem.dynamics.loop import Reporting, explicit_tap, result_of
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
 from reference_fem.dynamics.state import LoopState, unpack
@@ -164,16 +164,18 @@ def _run_from_start(
         if reporting.progress is not None:
             reporting.progress(0.0, "rigid flight")
         longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
-        missed = f"height = {height}: the surface is not reached within {longest:.6g} s"
-        how = Status.NOT_REACHED, missed
+        status = Status.NOT_REACHED
+        message = f"height = {height}: the surface is not reached within {longest:.6g} s"
         try:
             flown = descent(chain, gap, rigid, settings)
         except KeyboardInterrupt:
-            how = Status.INTERRUPTED, "interrupted in the rigid flight"
+            status, message = Status.INTERRUPTED, "interrupted in the rigid flight"
         if flown is None:
             still = pose(chain, rigid, model.points, model.body_of_point)
             now = LoopState(start_state(model, *still, rigid.time_s), rigid.time_s)
-            return _Solved(model, ended(model, settings, now, reporting, Recorder(settings), *how))
+            nothing = Recorder(settings)
+            result = result_of(model, settings, now, reporting, nothing, status, message)
+            return _Solved(model, result)
         begin, rigid = rigid.time_s, flown.before(settings.lead_steps * model.step_s)
         torque_change_work = chain.torques.torque_change_work(
             lambda time: flown.state_at(time).angles, begin, rigid.time_s

@@ -8,7 +8,7 @@ from pathlib import Path
 import cyclopts
 
 from validation.cli import app
-from validation.curve_files.samples import Sidecar
+from validation.curve_files.contract import Sidecar
 from validation.scenes.messages import known_keys
 
 ROOT = Path(__file__).parent.parent

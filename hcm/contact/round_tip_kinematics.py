@@ -30,9 +30,9 @@ and Poeschel 1996, eq. 17), Mindlin's, and what the tip's own compliance takes:
 
     F += tau dF/dt,      dF/dt = dF/d(X, g) (X., g.) = dF/d(X, u_Y) (X., u_Y.) of the springs.
 
-In restitution d falls by u_Y./e*^2, but the material is strained at the rate u_Y.: dF/du_Y is taken
-times e*^2 there (`strain_share`), which leaves no jump at the reversal. The tip leaves where the
-whole F_n vanishes; what its springs still hold then is lost as the surface relaxes
+In restitution d falls at the rate u_Y./e*^2, but the material is strained at the rate u_Y.: dF/du_Y
+is taken times e*^2 there (`strain_share`), which leaves no jump at the reversal. The tip leaves
+where the whole F_n vanishes; what its springs still hold then is lost as the surface relaxes
 (`unrecovered_energy`).
 """
 
@@ -75,8 +75,10 @@ POSITION_TOLERANCE = 1e-13
 
 
 @kernel
-def arm(law: RoundTipLaw) -> float:
-    """Lever arm of F_t about C, and how far the axis goes on beyond C, m."""
+def ball_radius(law: RoundTipLaw) -> float:
+    """R where the ball's lowest point touches, else 0, m: the lever arm of F_t about C, and the
+    axis' length beyond C.
+    """
     return law.radius if law.lowest else 0.0
 
 
@@ -85,7 +87,7 @@ def tip_path(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
     """(X, g) at q, m."""
     gap = q[tip + 1] + law.height
     turned = turned_angle(law.memory[SLOPE_X], law.memory[SLOPE_Y], q[tip + 2], q[tip + 3])
-    moved = q[tip] - law.memory[TIP_X] + arm(law) * turned
+    moved = q[tip] - law.memory[TIP_X] + ball_radius(law) * turned
     return law.memory[CONTACT_X] + moved, gap
 
 
@@ -93,7 +95,7 @@ def tip_path(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
 def path_rate(q: Floats, v: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
     """Rates of `tip_path` at velocities v, m/s."""
     turning = turn_rate(q[tip + 2], q[tip + 3], v[tip + 2], v[tip + 3])
-    return v[tip] + arm(law) * turning, v[tip + 1]
+    return v[tip] + ball_radius(law) * turning, v[tip + 1]
 
 
 @kernel
@@ -185,7 +187,7 @@ def strained_slopes(
 @kernel
 def axis_end(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
     """The pole, R beyond C along r', m; with v for q, its velocity, m/s."""
-    return q[tip] + arm(law) * q[tip + 2], q[tip + 1] + arm(law) * q[tip + 3]
+    return q[tip] + ball_radius(law) * q[tip + 2], q[tip + 1] + ball_radius(law) * q[tip + 3]
 
 
 @kernel
@@ -269,7 +271,7 @@ def subtract_force(
     if contact.normal_mode == FLIGHT:
         return
     ft, fn = tip_force(q, v, tip, contact, law)
-    mx, my = torque_force(ft * arm(law), q[tip + 2], q[tip + 3])
+    mx, my = torque_force(ft * ball_radius(law), q[tip + 2], q[tip + 3])
     out[tip] -= ft
     out[tip + 1] -= fn
     out[tip + 2] -= mx
@@ -302,7 +304,7 @@ def add_tangent(
         return 0.0
     w, unit = HALF_BANDWIDTH, scale[tip + 2]
     ft, tx, _, nx, ng = tip_slopes(q, tip, contact, law)
-    h = arm(law)
+    h = ball_radius(law)
     px, py = torque_force(h, q[tip + 2], q[tip + 3])
     bx, by = unit * px, unit * py
     dxx, dxy = torque_tangent(ft * h * unit * unit, q[tip + 2], q[tip + 3])
@@ -326,7 +328,7 @@ def fill_column(
 ) -> None:
     """Write c = (dF_t/dg - dF_n/dX) (e_X + R grad psi) of the unsymmetric part s c e_Y^T."""
     _, _, tg, nx, _ = tip_slopes(q, tip, contact, law)
-    turning = (tg - nx) * arm(law)
+    turning = (tg - nx) * ball_radius(law)
     px, py = torque_force(turning * scale[tip + 2], q[tip + 2], q[tip + 3])
     column[tip], column[tip + 2], column[tip + 3] = tg - nx, px, py
 

@@ -47,11 +47,11 @@ def drop(kept: Kept) -> None:
 
 @kernel
 def keep(
-    weight: float, unsymmetric_factor: float, contact: ContactState, law: Law, kept: Kept
+    size: float, unsymmetric_factor: float, contact: ContactState, law: Law, kept: Kept
 ) -> None:
-    """Note what new factors belong to."""
+    """Note what new factors belong to; size : integrator weight or step, as in `Kept`."""
     kept.key[1], kept.key[2], kept.key[3] = stiffness_key(contact, law)
-    kept.key[0], kept.key[4] = weight, unsymmetric_factor
+    kept.key[0], kept.key[4] = size, unsymmetric_factor
     kept.rate[0] = 1.0
     kept.age[0] = kept.age[1] = 0
 

@@ -24,7 +24,7 @@ def collocated(contact: ContactState, integrator: GaussIntegrator) -> bool:
 @kernel
 def plain(of: GaussIntegrator) -> Integrator:
     """The part for generalized-alpha, which takes the steps in the other modes."""
-    return Integrator(*of[:4])
+    return Integrator(of.co, of.chain, of.law, of.work)
 
 
 @kernel

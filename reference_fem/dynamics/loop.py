@@ -89,7 +89,7 @@ def explicit_tap(
             _report(model, settings, now, reporting, recorder)
     except KeyboardInterrupt:
         message = f"interrupted at step {now.state.step}, t = {now.state.time_s:.6g} s"
-    return ended(model, settings, now, reporting, recorder, status, message)
+    return result_of(model, settings, now, reporting, recorder, status, message)
 
 
 def _report(
@@ -104,7 +104,7 @@ def _report(
         progress(*_progress(model, settings, now))
 
 
-def ended(
+def result_of(
     model: Model,
     settings: Settings,
     now: LoopState,

@@ -167,12 +167,12 @@ class Spread:
     """How far runs that should agree lie apart. Not a convergence study.
 
     low, high : smallest and largest value.
-    runs : their number.
+    count : of the runs.
     """
 
     low: float
     high: float
-    runs: int
+    count: int
 
 
 def spread(runs: Sequence[RunRecord], of: Quantity) -> Spread | None:

@@ -11,7 +11,7 @@ from collections import defaultdict
 
 import numpy as np
 
-from validation.curve_files.samples import FACTORS, Samples, Sidecar, number
+from validation.curve_files.contract import FACTORS, Samples, Sidecar, number
 from validation.errors import UserError
 
 SIDES = {"surfa": "slave", "surfb": "master"}

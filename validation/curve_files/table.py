@@ -8,7 +8,7 @@ import csv
 
 import numpy as np
 
-from validation.curve_files.samples import FACTORS, Samples, Sidecar, number
+from validation.curve_files.contract import FACTORS, Samples, Sidecar, number
 from validation.errors import UserError
 from validation.scenes.messages import show
 

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.curve_files.contract import Floats, Samples, Sidecar
 from validation.curve_files.sample_errors import (
     ZeroLine,
     excess,
@@ -11,7 +12,6 @@ from validation.curve_files.sample_errors import (
     quantum,
     zero_line,
 )
-from validation.curve_files.samples import Floats, Samples, Sidecar
 from validation.errors import UserError
 from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
 

@@ -104,9 +104,8 @@ def closure(
     """
     sources: dict[str, bytes] = {}
     libraries = set()
-    for name in modules:
-        if name.partition(".")[0] not in packages:
-            sources |= {member: path.read_bytes() for member, path in _files_of(name)}
+    for package in {name.partition(".")[0] for name in modules} - set(packages):
+        sources |= {member: path.read_bytes() for member, path in _files_of(package)}
     names, seen = [(name, "") for name in modules], set[tuple[str, str]]()
     texts = [content for member, content in sources.items() if member.endswith(".py")]
     names += [name for text in texts for name in imports(text.decode())]

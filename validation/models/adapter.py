@@ -55,7 +55,8 @@ class Adapter(Protocol):
     kind : "reduced" models are compared with "reference" ones.
     settings : NAME of the scene's table ``[solver.NAME]`` that it reads: hcm, fem or "" (none).
     sources : dotted names of the modules whose code makes its results, by which the store knows
-        them; imports of this project's packages are followed.
+        them; imports of this project's packages are followed. Of another project's package all
+        files count, data too: no run may write there.
     resumable : whether it writes a restart file at the checkpoint as it goes.
     independent_of : packages of this project that have no part in its results, though reading a
         scene imports them
@@ -69,7 +70,7 @@ class Adapter(Protocol):
     independent_of: tuple[str, ...]
 
     def refusal(self, scene: NamedScene) -> str:
-        """Why it can't take this scene, with the remedy; empty if it can, as it is by default."""
+        """Why it can't take this scene, with the remedy; empty if it can (the default)."""
         del scene
         return ""
 

@@ -40,8 +40,15 @@ def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
     further = tables.elements, material.relaxation_time, material.poisson_ratio
     try:
-        rows = tables.rows(*sizes, *elastic, *further)
-        phalanges = tuple(hcm.Phalanx(*properties) for properties in rows)
+        phalanges = tuple(
+            hcm.Phalanx(
+                length, diameter, young, density, elements,
+                relaxation_time=relaxation, poisson_ratio=poisson,
+            )
+            for length, diameter, young, density, elements, relaxation, poisson in tables.rows(
+                *sizes, *elastic, *further
+            )
+        )  # fmt: skip
         return hcm.Scene(
             finger=hcm.Finger(phalanges=phalanges),
             surface=hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),

@@ -5,19 +5,20 @@ It is the reduced model's fall without its vibrations (they change its peak forc
 lies below the tip node, its surface is lowered to where that state touches.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-import reference_fem
-from reference_fem.rigid_chain import build_chain
-from reference_fem.rigid_flight import fly
-from reference_fem.touch import touch_angle
 from validation.errors import RunFailedError
 from validation.models.adapter import drive_of
 from validation.models.solid_inputs import solver_settings, start_of
 from validation.scenes.load import NamedScene
+
+if TYPE_CHECKING:
+    import reference_fem
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
 CLEARANCE = 2e-4  # over tip radius: meshes put a sphere's lowest node up to h^2/8R too high
@@ -46,6 +47,11 @@ def impact_of(scene: NamedScene) -> Impact:
 
     Raises RunFailedError: the surface is not reached.
     """
+    import reference_fem
+    from reference_fem.rigid_chain import build_chain
+    from reference_fem.rigid_flight import fly
+    from reference_fem.touch import touch_angle
+
     tables = scene.tables
     count, drive = tables.finger.phalanges, drive_of(tables, reference_fem)
     lengths = np.array(tables.per_phalanx(tables.finger.length))
@@ -92,4 +98,6 @@ def impact_of(scene: NamedScene) -> Impact:
 
 def chain_state(impact: Impact) -> reference_fem.ChainState:
     """The state in the form that the reference takes."""
+    import reference_fem
+
     return reference_fem.ChainState(np.array(impact.angles), np.array(impact.rates), impact.time_s)

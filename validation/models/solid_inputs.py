@@ -1,14 +1,18 @@
 """The solid models' inputs from a scene's tables: geometry, materials, drive, start, settings."""
 
+from __future__ import annotations
+
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
 import numpy as np
 
-import meshes
-import reference_fem
 from validation.models.adapter import drive_of
 from validation.scenes.scene import Scene
+
+if TYPE_CHECKING:
+    import meshes
+    import reference_fem
 
 Dimension = Literal[2, 3]
 DIMENSIONS: dict[str, Dimension] = {"fem3d": 3, "fem2d": 2}
@@ -37,6 +41,8 @@ def solid_parts(tables: Scene) -> SolidParts:
 
     Raises ValueError: as `solver_settings`, or the reference refuses a value.
     """
+    import reference_fem
+
     material = tables.material
     elastic = material.youngs_modulus, material.poisson_ratio, material.density
     materials = tuple(
@@ -49,6 +55,8 @@ def solid_parts(tables: Scene) -> SolidParts:
 
 def finger_geometry(tables: Scene) -> meshes.FingerGeometry:
     """Geometry of the scene's finger, for meshes and the check of mesh files."""
+    import meshes
+
     diameters = tables.per_phalanx(tables.finger.diameter)
     lengths = tables.per_phalanx(tables.finger.length)
     return meshes.FingerGeometry(lengths, diameters, shaft_radius=tables.solver.fem.shaft_radius)
@@ -59,6 +67,8 @@ def solver_settings(tables: Scene) -> reference_fem.Settings:
 
     Raises ValueError: the scene states a number of a contact law or flight that it does not use.
     """
+    import reference_fem
+
     fem = tables.solver.fem
     preset = {"contact": CONTACT[fem.preset]} if fem.preset in CONTACT else {}
     stated = fem.stated(reference_fem.Settings)
@@ -75,6 +85,8 @@ def solver_settings(tables: Scene) -> reference_fem.Settings:
 
 def start_of(tables: Scene) -> reference_fem.ChainState | None:
     """The scene's start in the form that the reference takes; None: horizontal, at rest."""
+    import reference_fem
+
     if tables.start_state is None:
         return None
     angles, rates = map(np.array, tables.start_state)
@@ -83,6 +95,8 @@ def start_of(tables: Scene) -> reference_fem.ChainState | None:
 
 def variant(tables: Scene) -> str:
     """Preset or mesh file, holes for shafts, and the penalty factor where the scene changes it."""
+    import reference_fem
+
     fem = tables.solver.fem
     name = fem.preset if fem.mesh is None else Path(fem.mesh).stem
     if fem.shaft_radius is not None:

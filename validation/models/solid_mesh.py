@@ -1,15 +1,18 @@
 """The solid models' meshes: sizes by preset, accuracy and predicted patch, and a companion."""
 
+from __future__ import annotations
+
 import math
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import meshes
-import reference_fem
-from reference_fem.accuracy import Sizes
-from reference_fem.workload import UPDATES_PER_S
 from validation.models.solid_inputs import Dimension, finger_geometry, solid_parts, start_of
 from validation.scenes.scene import Scene
+
+if TYPE_CHECKING:
+    import meshes
+    import reference_fem
+    from reference_fem.accuracy import Sizes
 
 # Presets with even edges around the predicted contact patch, up to EVEN_PATCH times its radius;
 # `contact` divides that radius, at least LEAST_PATCH of the tip's, into PATCH_EDGES edges.
@@ -36,6 +39,8 @@ def build_mesh(tables: Scene, dimension: Dimension, sizing: Any = None) -> Any:
 
 def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> meshes.FingerMesh:
     """Read a mesh file, which must fit the scene's finger."""
+    import meshes
+
     try:
         mesh = meshes.read(path)
     except meshes.MeshError as error:
@@ -52,6 +57,8 @@ def _read_mesh(tables: Scene, path: str, dimension: Dimension) -> meshes.FingerM
 
 
 def _mesh(tables: Scene, dimension: Dimension, sizing: meshes.Sizing) -> meshes.FingerMesh:
+    import meshes
+
     geometry = finger_geometry(tables)
     if dimension == 2:
         return meshes.finger_quadrilaterals(geometry, sizing)
@@ -60,6 +67,8 @@ def _mesh(tables: Scene, dimension: Dimension, sizing: meshes.Sizing) -> meshes.
 
 def _whole(tables: Scene, mesh: meshes.FingerMesh) -> meshes.FingerMesh:
     """The mesh, or both halves of the body where the scene asks for them in 3D."""
+    import meshes
+
     return mesh if mesh.dim == 2 or tables.solver.fem.symmetry else meshes.mirrored(mesh)
 
 
@@ -72,6 +81,8 @@ def companion(
     leave more than half of them, it is finer, with 2^dimension times as many. A mesh file has no
     companion.
     """
+    import meshes
+
     if sizing is None:
         return None
     geometry = finger_geometry(tables)
@@ -99,6 +110,8 @@ def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
 
 def _flight_sizing(tables: Scene) -> meshes.Sizing:
     """Even edges of `flight_size`, or `FLIGHT_EDGE` of the smallest diameter."""
+    import meshes
+
     fem, diameter = tables.solver.fem, tables.smallest_diameter
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
     axial = min(edge, *tables.per_phalanx(tables.finger.length))
@@ -115,6 +128,8 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     -------
     The sizes, and the `predicted_touch`: None if no size depends on it or there is no touch.
     """
+    import meshes
+
     fem, sizes = tables.solver.fem, sizes_of(tables)
     if fem.mesh is not None:
         return None, None
@@ -150,6 +165,8 @@ def sizes_of(tables: Scene) -> Sizes | None:
 
     Raises ValueError: the accuracy cannot be kept, or a preset is stated as well.
     """
+    import reference_fem
+
     accuracy, fem = tables.solver.accuracy_of("fem"), tables.solver.fem
     if accuracy is None or fem.mesh is not None:
         return None
@@ -169,6 +186,8 @@ def materials_within(
     They get a relaxation time if the tip slides with friction, unless the scene states one or asks
     for one-point elements, which have no damping. touch : the one that `sizing_of` predicts
     """
+    import reference_fem
+
     sizes, undamped = sizes_of(tables), tables.solver.fem.element == reference_fem.ONE_POINT
     stated = undamped or "relaxation_time" in tables.material.model_fields_set
     if sizes is None or stated or sizes.relaxation == 0.0 or touch is None:
@@ -183,6 +202,7 @@ def size_scale(tables: Scene) -> float:
 
 
 def _scaled(sizing: meshes.Sizing, tables: Scene) -> meshes.Sizing:
+
     names = ("section_size", "axial_size", "tip_size", "patch_size")
     sizes = {name: size_scale(tables) * getattr(sizing, name) for name in names}
     return replace(sizing, **sizes)
@@ -190,6 +210,8 @@ def _scaled(sizing: meshes.Sizing, tables: Scene) -> meshes.Sizing:
 
 def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     """Where and how hard the rigid finger touches; None if it never does."""
+    import reference_fem
+
     state = impact_state(tables, dimension)
     if state is None:
         return None
@@ -199,6 +221,8 @@ def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
 
 def rod_flight(tables: Scene, dimension: Dimension) -> reference_fem.RodFlight:
     """A rigid flight, before anything is solved."""
+    import reference_fem
+
     given = finger_geometry(tables), *solid_parts(tables)
     return reference_fem.rod_flight(*given, start_of(tables), dimension)
 
@@ -209,6 +233,9 @@ def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> floa
 
     A step is the time that a wave takes through half an edge.
     """
+    import meshes
+    from reference_fem.workload import UPDATES_PER_S
+
     sizing, materials = _flight_sizing(tables), solid_parts(tables).materials
     try:
         count = meshes.count_elements(finger_geometry(tables), sizing, dimension)
@@ -224,6 +251,8 @@ def impact_state(tables: Scene, dimension: Dimension) -> reference_fem.ChainStat
 
     Runs on different meshes that start from it hit the surface in the same way.
     """
+    import reference_fem
+
     materials, surface, drive, settings = solid_parts(tables)
     return reference_fem.impact_state(
         finger_geometry(tables), materials, surface, drive, CLEARANCE * tables.tip_radius,

@@ -141,7 +141,9 @@ class _Finger:
         return float(x), float(y)
 
     def touch(self) -> None:
-        """Switch the contact on, as linear terms in the tip's displacement from rest; store it."""
+        """Switch the contact on, as linear terms in the tip's displacement from rest; from then on
+        every step is stored and converges to `CONTACT_RELATIVE`.
+        """
         stiffness, mu = self.scene.tip.normal_stiffness, self.scene.surface.friction
         matrix = np.zeros((4, 4))
         matrix[0, 1], matrix[1, 1] = -mu * stiffness, stiffness

@@ -11,7 +11,6 @@ from validation.harness.console import output, say
 from validation.harness.files import exclusive_folder, safe_name
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
-from validation.models.adapter import Checkpoint
 from validation.render.interactive import check_interactive
 from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
 from validation.render.run_folder import read_run
@@ -69,9 +68,8 @@ def _run(source: str, model: str, overrides: Sequence[str], out: Path) -> Path:
     """The folder of a scene's run, solved, kept and read back as by ``fingertap run``."""
     scene = scene_for(source, model, overrides)
     folder = run_folder(scene, model, out)
-    checkpoint = Checkpoint(folder / "restart.npz", resume=False)
     with exclusive_folder(folder):
-        kept = stored_or_solved(scene, model, folder, Store(out / "store"), checkpoint)
+        kept = stored_or_solved(scene, model, folder, Store(out / "store"), None)
     unless_interrupted(kept.record)
     if not (folder / "fields" / "tap.pvd").is_file():
         why = failure_of(kept, folder, None)

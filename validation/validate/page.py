@@ -164,8 +164,8 @@ def page_context(
     accuracy = {}
     for scene in runs.scenes:
         for label in dict.fromkeys([*(r.label for r in runs.references(scene)[:1]), PAPERS]):
-            compared = scene, label
-            mine = [r for r in rows["accuracy"] if (r["scene"], r["reference_model"]) == compared]
+            pair = scene, label
+            mine = [r for r in rows["accuracy"] if (r["scene"], r["reference_model"]) == pair]
             if mine:
                 accuracy[f"{scene} finger against {label}"] = mine
     return {
@@ -195,8 +195,8 @@ def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
     """The variables of the ladder's block in the page's template."""
     return {
         "ladder": ladder,
-        "ladder_tables": rows,
-        "ladder_columns": {name: columns for name, (columns, _) in TABLES.items()},
+        "table_rows": rows,
+        "table_columns": {name: columns for name, (columns, _) in TABLES.items()},
         "ladder_rungs": [
             (title, [row for row in rows["ladder"] if row.rung == rung])
             for rung, title in RUNGS.items()

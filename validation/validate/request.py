@@ -5,8 +5,8 @@ import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from validation.curve_files.contract import read_sidecar
 from validation.curve_files.read import Reference, is_curve_file, read_reference
-from validation.curve_files.samples import read_sidecar
 from validation.errors import UserError
 from validation.harness.quantities import COMPARED
 from validation.models import adapter, model_names

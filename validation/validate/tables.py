@@ -98,8 +98,9 @@ def accuracy_rows(
             found = difference(reduced.scene, reduced.model, entry, reduced, reference, asked)
             row = common | {"quantity": entry.title, "unit": entry.unit} | found.numbers
             band = spread(spread_over, entry) if reference.model == "fem3d" else None
-            if band is not None:  # its low, high and runs
-                row |= {f"reference_{name}": value for name, value in vars(band).items()}
+            if band is not None:
+                row |= {"reference_low": band.low, "reference_high": band.high}
+                row |= {"reference_runs": band.count}
             rows.append(row | _of_table_2(entry.key, reduced, reference))
         for name, title in FORCES.items():
             metrics = compare_forces(reduced, reference, name)

@@ -61,11 +61,15 @@ def endings(rows: Sequence[Row]) -> list[dict[str, Any]]:
 def table(numbers: pd.DataFrame) -> list[dict[str, Any]]:
     """How often the stated error is too small, or missing.
 
-    A row per quantity and per kind of scene, and for `_whole`.
+    A row per quantity and per kind of scene, one for those judged without a caution, one for all.
     """
     kinds = [(f"of scenes: {kind}", own) for kind, own in numbers.groupby("kind", sort=False)]
     rows = []
-    for name, own in (*numbers.groupby("quantity", sort=False), *kinds, *_whole(numbers)):
+    for name, own in (
+        *numbers.groupby("quantity", sort=False),
+        *kinds,
+        *_uncautioned_and_all(numbers),
+    ):
         stated, true = (own[error].clip(lower=ROUND_OFF_SHARE) for error in ("stated", "true"))
         ratios = (stated / true)[np.isfinite(stated) & np.isfinite(true)]
         missed = int(own["missed"].sum())
@@ -98,7 +102,7 @@ def misses(numbers: pd.DataFrame) -> list[dict[str, Any]]:
 def accuracy_kept(rows: Sequence[Row]) -> list[dict[str, Any]]:
     """How many runs keep the accuracy asked of them, among all and among those that say they do.
 
-    A row per kind of scene, and for `_whole`.
+    A row per kind of scene, one for those judged without a caution, one for all.
     """
     names = ACCURACY_QUANTITIES
     lines = [
@@ -112,28 +116,30 @@ def accuracy_kept(rows: Sequence[Row]) -> list[dict[str, Any]]:
     judged = pd.DataFrame(lines, columns=columns).astype({"doubted": bool})
     kinds = [(kind, judged[judged["kind"] == kind]) for kind in KINDS]
     found = []
-    for name, own in (*kinds, *_whole(judged)):
+    for name, own in (*kinds, *_uncautioned_and_all(judged)):
         if own.empty:
             continue
-        off, kept = own["off"], own["off"][own["said"]]
+        off, said = own["off"], own["off"][own["said"]]
         found.append(
             {
                 "scenes": name, "accuracy": float(own["accuracy"].iloc[0]), "number": len(own),
                 "within (%)": 100 * float((off <= 1.0).mean()),
                 f"beyond {FAR:g} times": int((off > FAR).sum()),
                 "error / accuracy, median": float(off.median()), "largest": float(off.max()),
-                "say they keep it": len(kept),
-                "of these within (%)": 100 * float((kept <= 1.0).mean()) if len(kept) else None,
-                f"of these beyond {FAR:g} times": int((kept > FAR).sum()),
+                "say they keep it": len(said),
+                "of these within (%)": 100 * float((said <= 1.0).mean()) if len(said) else None,
+                f"of these beyond {FAR:g} times": int((said > FAR).sum()),
                 "seconds, median": float(own["seconds"].median()),
             }
         )  # fmt: skip
     return found
 
 
-def _whole(numbers: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Numbers whose tight solve has no caution (it has one outside its fine edges), and all."""
-    return [("judged without a caution", numbers[~numbers["doubted"]]), ("all", numbers)]
+def _uncautioned_and_all(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
+    """Rows whose tight solve has no caution (it has one where it touches outside its fine edges),
+    and all.
+    """
+    return [("judged without a caution", rows[~rows["doubted"]]), ("all", rows)]
 
 
 def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:

@@ -20,28 +20,31 @@ from validation.studies.evidence import (
     taps,
 )
 from validation.studies.evidence.report import Shown, difference_text
-from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece, piece
+from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece, new_piece
 
 MODELS = ("hcm", "fem3d")
 PIECES = sorted([
-    *(piece(name, partial(static_beam.rows, *beam)) for name, beam in static_beam.EXUDYN.items()),
-    piece("princeton", static_beam.princeton_rows),
-    piece("pendulum", pendulum.rows, absent=pendulum.absent, slow=True),
     *(
-        piece(f"hertz-{level}-{model}", partial(hertz_ball.rows, model, level == "contact"),
+        new_piece(name, partial(static_beam.rows, *beam))
+        for name, beam in static_beam.EXUDYN.items()
+    ),
+    new_piece("princeton", static_beam.princeton_rows),
+    new_piece("pendulum", pendulum.rows, absent=pendulum.absent, slow=True),
+    *(
+        new_piece(f"hertz-{level}-{model}", partial(hertz_ball.rows, model, level == "contact"),
               "hertz", {"level": level, "model": model}, slow=model == "fem3d")
         for model in MODELS for level in ("contact", "impact")
     ),
-    piece("oblique-theory", oblique_ball.theory_rows),
+    new_piece("oblique-theory", oblique_ball.theory_rows),
     *(
-        piece(f"oblique-{model}", partial(oblique_ball.published_rows, model),
+        new_piece(f"oblique-{model}", partial(oblique_ball.published_rows, model),
               "oblique-published", {"model": model}, slow=model == "fem3d")
         for model in MODELS
     ),
-    piece("oblique-limit", oblique_ball.limit_rows, slow=True),
-    piece("measured-ball", measured_ball.rows),
+    new_piece("oblique-limit", oblique_ball.limit_rows, slow=True),
+    new_piece("measured-ball", measured_ball.rows),
     *(
-        piece(name, partial(taps.rows, tap), "tap", taps.words(tap), data=(taps.KEPT,))
+        new_piece(name, partial(taps.rows, tap), "tap", taps.words(tap), data=(taps.KEPT,))
         for name, tap in taps.TAPS.items()
     ),
 ], key=lambda one: LEVELS.index(one.level))  # fmt: skip

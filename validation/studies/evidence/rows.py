@@ -67,7 +67,7 @@ class Piece:
 TEXTS = tomllib.loads((DATA / "evidence.toml").read_text("utf-8"))
 
 
-def piece(
+def new_piece(
     name: str, solve: Solve, key: str = "", words: Mapping[str, str] | None = None, **further: Any
 ) -> Piece:
     """A piece whose title, level, source and what are those in ``data/evidence.toml``.

@@ -24,8 +24,8 @@ from validation.studies.paper.readings import CaseRuns, duration_ms
 from validation.studies.paper.soft_findings import compliance_findings, friction_findings
 from validation.studies.paper.torque_factor import IdentifiedTorque, identify_torque
 from validation.studies.paper.validation_findings import (
-    APART,
     JUDGED,
+    REDUCED,
     References,
     run_references,
     validation_findings,
@@ -71,7 +71,7 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
         store = Store(out / "store", fresh)
         runs, found = solve_all(progress, store)
         progress(0.7, "time and memory of the reduced model")
-        references: References = {APART: run_scenes(runs_folder, store, "hcm")}
+        references: References = {REDUCED: run_scenes(runs_folder, store, "hcm")}
         if reference:
             solid = partial(run_scenes, runs_folder, store, "fem3d")
             references |= run_references(solid, part(progress, 0.75, 0.9))

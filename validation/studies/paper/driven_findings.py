@@ -12,7 +12,15 @@ from validation.studies.paper.case_runs import CaseRun
 from validation.studies.paper.cases import DRIVEN_VARIED
 from validation.studies.paper.ledger import Finding, printed_rounding
 from validation.studies.paper.ramp_outcome import kept_outcome, sentence
-from validation.studies.paper.readings import ONE, READINGS, THREE, TWO, CaseRuns, Reading, of
+from validation.studies.paper.readings import (
+    ONE,
+    READINGS,
+    THREE,
+    TWO,
+    CaseRuns,
+    Reading,
+    reading_of,
+)
 from validation.studies.paper.torque_factor import ARRIVAL_CLAIMS, CaseFactor, IdentifiedTorque
 
 ARROW = {1: "right", -1: "left", 0: "stick"}
@@ -76,7 +84,8 @@ def _third_case(runs: CaseRuns) -> dict[str, str]:
         "F14.3": (
             f"{readings.counting(three)}; with variations: {_varied(runs, READINGS['F14.3'])}; the"
             f" contact lasts {readings.duration_ms(three):.2f} ms, which jumps inside the factor's"
-            f" band ({_varied(runs, of(THREE, readings.duration_ms))}); fig. 14 shows about 0.9 ms"
+            f" band ({_varied(runs, reading_of(THREE, readings.duration_ms))}); fig. 14 shows about"
+            " 0.9 ms"
         ),
         "F14.4": f"Ft between {tangential.min():.0f} and {tangential.max():.0f} N",
         "F16.3": (
@@ -86,7 +95,7 @@ def _third_case(runs: CaseRuns) -> dict[str, str]:
         ),
         "F16.4": (
             f"phases in order: {words}; slips with variations:"
-            f" {_varied(runs, of(THREE, directions))}"
+            f" {_varied(runs, reading_of(THREE, directions))}"
         ),
     }
 
@@ -104,7 +113,7 @@ def driven_findings(runs: CaseRuns, found: IdentifiedTorque) -> dict[str, Findin
         )
     as_drawn = partial(readings.largest_deflection, drawn=True)
     for id_, case in (("F15.1", TWO), ("F15.2", THREE)):
-        drawn = readings.over_first(case, as_drawn)(runs, "")
+        drawn = readings.over_case_1(case, as_drawn)(runs, "")
         reasons[id_] += f"; at the instants that fig. 15 draws {drawn:.4g}"
     late = "; ".join(
         f"{c}: {'yes' if readings.deflection_peaks_after_first_restitution(runs[c]) else 'no'},"

@@ -199,40 +199,40 @@ def concave(run: CaseRun) -> bool:
     return run.event_postures[0].is_concave
 
 
-def of(case: str, read: Callable[[CaseRun], Any]) -> Reading:
+def reading_of(case: str, read: Callable[[CaseRun], Any]) -> Reading:
     """A case's reading."""
     return lambda runs, suffix: read(runs[case + suffix])
 
 
-def over_first(case: str, read: Callable[[CaseRun], Any]) -> Reading:
+def over_case_1(case: str, read: Callable[[CaseRun], Any]) -> Reading:
     """A case's reading over that of case 1."""
     return lambda runs, suffix: read(runs[case + suffix]) / read(runs[ONE + suffix])
 
 
 _ARRIVAL = partial(scalar, key="contact_time_s")
 READINGS: dict[str, Reading] = {  # in the order in which ramp_experiment.json lists them
-    "F13.1": of(ONE, _ARRIVAL),
-    "F13.2": of(TWO, _ARRIVAL),
-    "F13.3": of(THREE, _ARRIVAL),
-    "F13.4": of(ONE, concave),
-    "F13.5": of(TWO, concave),
-    "F13.6": of(THREE, lambda run: not concave(run)),
-    "F14.1": over_first(TWO, first_peak),
-    "F14.2": over_first(TWO, first_tangential_peak),
-    "F15.1": over_first(TWO, largest_deflection),
-    "F15.2": over_first(THREE, largest_deflection),
-    "F14.3": of(THREE, transitions),
-    "F14.4": of(THREE, changes_sign),
-    "F14.5": of(ONE, largest_stress_MPa),
-    "F14.6": of(TWO, largest_stress_MPa),
-    "F14.7": of(THREE, largest_stress_MPa),
+    "F13.1": reading_of(ONE, _ARRIVAL),
+    "F13.2": reading_of(TWO, _ARRIVAL),
+    "F13.3": reading_of(THREE, _ARRIVAL),
+    "F13.4": reading_of(ONE, concave),
+    "F13.5": reading_of(TWO, concave),
+    "F13.6": reading_of(THREE, lambda run: not concave(run)),
+    "F14.1": over_case_1(TWO, first_peak),
+    "F14.2": over_case_1(TWO, first_tangential_peak),
+    "F15.1": over_case_1(TWO, largest_deflection),
+    "F15.2": over_case_1(THREE, largest_deflection),
+    "F14.3": reading_of(THREE, transitions),
+    "F14.4": reading_of(THREE, changes_sign),
+    "F14.5": reading_of(ONE, largest_stress_MPa),
+    "F14.6": reading_of(TWO, largest_stress_MPa),
+    "F14.7": reading_of(THREE, largest_stress_MPa),
     "F15.3": lambda runs, suffix: all(
         deflection_peaks_after_first_restitution(runs[case + suffix]) for case in PRINTED_TORQUES
     ),
-    "F16.1": of(ONE, slides),
-    "F16.2": of(TWO, slides),
-    "F16.3": of(THREE, slip_to_stick),
-    "F16.4": of(THREE, lambda run: slips(run)[:4] == [1, -1, 1, -1]),
+    "F16.1": reading_of(ONE, slides),
+    "F16.2": reading_of(TWO, slides),
+    "F16.3": reading_of(THREE, slip_to_stick),
+    "F16.4": reading_of(THREE, lambda run: slips(run)[:4] == [1, -1, 1, -1]),
 }
 
 

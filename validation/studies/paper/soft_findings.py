@@ -150,8 +150,8 @@ def compliance_findings(runs: CaseRuns) -> dict[str, Finding]:
         ("F11.7", "soft E=0.1 GPa", SOFTEST), ("F11.8", "soft", SOFTEST),
         ("F11.9", "soft delta=16", SLENDEREST), ("F11.10", "soft", SLENDEREST),
     ):  # fmt: skip
-        first, softer = (scalar(runs[one], "first_peak_normal_force_N") for one in (case, base))
-        rows[id_] = Finding(first / softer)
+        own, least = (scalar(runs[one], "first_peak_normal_force_N") for one in (case, base))
+        rows[id_] = Finding(own / least)
     for id_, group in (("F12.1", ("E=0.01 GPa", "E=0.1 GPa")), ("F12.2", ("delta=32", "delta=16"))):
         names = ["soft e*=0.8", *(f"soft e*=0.8 {name}" for name in group)]
         worst = max(abs(loop_closure(runs[name])) for name in names)

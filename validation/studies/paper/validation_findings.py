@@ -26,7 +26,7 @@ COSTS = ((1, "times", "wall_time_s"), (5, "memories", "peak_memory_MB"))
 SLIP_MU = 0.5  # of both scenes
 OTHER_MACHINE = "another program on another machine (4-core laptop of 2016)"
 NO_REFERENCE = "no reference run"
-APART, JUDGED = "hcm", "ls-dyna-like"
+REDUCED, JUDGED = "hcm", "ls-dyna-like"
 SOFTER, COARSE, CONVERGED = "ls-dyna-like penalty 0.05", "fast", "converged"
 PENALTIES = {JUDGED: 0.1, SOFTER: 0.05}  # on the same mesh
 COARSE_PENALTIES = {"fast penalty 0.02": 0.02, COARSE: 0.1, "fast penalty 0.5": 0.5}
@@ -132,7 +132,7 @@ def _costs(references: References, printed: Mapping[str, float]) -> dict[str, Fi
     for first, what, key in COSTS:
         for number, scene in enumerate(("hard", "soft"), start=first):
             ids = (f"T3.{number}", f"T3.{number + 2}")
-            mine, theirs = (value_of(references, of, scene, key) for of in (APART, JUDGED))
+            mine, theirs = (value_of(references, of, scene, key) for of in (REDUCED, JUDGED))
             ratio = f"reference over reduced model: printed {printed[ids[1]] / printed[ids[0]]:.3g}"
             if mine is not None and theirs is not None:
                 ratio += f", ours {theirs / mine:.3g}"

@@ -11,7 +11,7 @@ from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.beam.equations import depends_on_velocity
 from hcm.beam.outline import Outline, depth
-from hcm.compiled import ByKind, kernel, kernel_with
+from hcm.compiled import ByKind, inlined, kernel, kernel_with
 from hcm.contact.contract import (
     begin_mode,
     commit_history,
@@ -66,7 +66,7 @@ def restart(motion: Motion, q: Floats, v: Floats) -> None:
         motion.jerk[i] = 0.0
 
 
-@kernel
+@inlined
 def limit_reached(in_flight: bool, totals: RunTotals, limits: StepLimits) -> int:
     """Why no further step may be taken; RUNNING: one may."""
     if limits.end_time - totals.time <= LAST_STEP * totals.time:

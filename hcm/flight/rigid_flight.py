@@ -17,7 +17,12 @@ from hcm.beam.drive import Piece, piece_at
 from hcm.compiled import ByKind, kernel
 from hcm.flight.rigid_chain import Rods, clearance, rates
 from hcm.integrators.dormand_prince import STAGES, dormand_prince
-from hcm.integrators.event_search import TIME_RESOLUTION, TRIALS, dip_below_zero, zero_of_cubic
+from hcm.integrators.event_search import (
+    TIME_RESOLUTION,
+    TRIALS,
+    dip_below_zero,
+    zero_of_cubic,
+)
 from hcm.integrators.step_size import REPEATS, SHRINK
 from hcm.state import StepLimits
 
@@ -199,13 +204,19 @@ def integrate_flight(
             time = float(rows[written, 0]) if written else time
             steps, repeats, trials = steps + written, repeats + repeated, trials + tried
         table = np.concatenate(flown) if len(flown) > 1 else flown[0]
-        torques, rate = piece.torques
-        load = torques + (table[:, :1] - piece.begin_s) * rate
+        load = np.empty((len(table), links))
+        load[:] = piece.torques[0]
+        rate = piece.torques[1]
+        rises = any(rate.tolist())
+        if rises:
+            load += (table[:, :1] - piece.begin_s) * rate
         if parts:  # by the torque's jump; the first row repeats the last piece's end
             kept += float((load[0] - before) @ (table[0, 1 : 1 + links] - begin))
         else:
             begin = table[0, 1 : 1 + links]
-        work = kept + _torque_change_work(table, begin, rate)
+        work = _torque_change_work(table, begin, rate) if rises else np.zeros(len(table))
+        if kept:
+            work += kept
         before, kept, first = load[-1], float(work[-1]), min(len(parts), 1)
         parts.append((table[first:], load[first:], work[first:]))
     if len(parts) > 1:
@@ -216,8 +227,6 @@ def integrate_flight(
 
 def _torque_change_work(table: Floats, begin: Floats, rate: Floats) -> Floats:
     """Int (theta - theta_0) . tau. dt up to each row (m,), J, by cubics through the rows."""
-    if not any(rate.tolist()):  # saves a share of an undriven tap's time
-        return np.zeros(len(table))
     links = begin.size
     h, angles = np.diff(table[:, :1], axis=0), table[:, 1 : 1 + links] - begin
     spins = table[:, 1 + links : 1 + 2 * links]

@@ -13,8 +13,8 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
 from validation.render.interactive import check_interactive
 from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
-from validation.render.run_folder import read_run
-from validation.runs.command import failure_of, run_folder, scene_for, stored_or_solved
+from validation.render.run_folder import FIELDS, read_run
+from validation.runs.command import failure_of, folder_for, scene_for, stored_or_solved
 
 
 def render(
@@ -67,11 +67,11 @@ def render(
 def _run(source: str, model: str, overrides: Sequence[str], out: Path) -> Path:
     """The folder of a scene's run, solved, kept and read back as by ``fingertap run``."""
     scene = scene_for(source, model, overrides)
-    folder = run_folder(scene, model, out)
+    folder = folder_for(scene, model, out)
     with exclusive_folder(folder):
         kept = stored_or_solved(scene, model, folder, Store(out / "store"), None)
     unless_interrupted(kept.record)
-    if not (folder / "fields" / "tap.pvd").is_file():
+    if kept.unwritten or not (folder / FIELDS / "tap.pvd").is_file():
         why = failure_of(kept, folder, None)
         raise RunFailedError(f"render {source}: {why}; nothing to draw")
     return folder

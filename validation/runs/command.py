@@ -70,7 +70,7 @@ def run_scene(
     wanted = _accuracy_override(module, accuracy, overrides)
     asked = (*overrides, *wanted, *estimate_override(model, not no_estimate))
     named = scene_for(scene, model, asked)
-    folder = run_folder(named, model, out)
+    folder = folder_for(named, model, out)
     checkpoint = None
     if out is not None or not as_json or resume:
         if resumable:
@@ -100,7 +100,7 @@ def scene_for(source: str, model: str, overrides: Sequence[str]) -> NamedScene:
     return named
 
 
-def run_folder(scene: NamedScene, model: str, out: Path | None) -> Path:
+def folder_for(scene: NamedScene, model: str, out: Path | None) -> Path:
     """Where a run's files are kept."""
     return (out or DEFAULT_OUT) / "run" / safe_name(f"{scene.name}-{model}")
 

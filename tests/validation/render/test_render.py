@@ -18,6 +18,7 @@ from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
 from validation.render.run_folder import read_curves, read_steps
 from validation.render.views import read_fields, surface
+from validation.runs import command as run_command
 
 COARSE = (
     *("--set", "surface.height=0.06", "--set", "solver.fem.section_size=4e-3"),
@@ -239,3 +240,27 @@ def test_a_whole_body_is_cut_as_a_half_model_is(
     shown = surface(block.cast_to_unstructured_grid(), cut)
     assert shown.bounds[4:] == pytest.approx(ends)
     assert shown.n_cells == cells
+
+
+def test_a_run_that_leaves_nothing_to_draw_says_why(
+    tmp_path: Path, monkeypatch: Patch, fingertap: Run
+) -> None:
+    """Files that could not all be written are told, though those that are drawn are there."""
+    monkeypatch.setattr(render_command, "missing_libraries", lambda: "")
+    scene, own = (
+        ("render", "soft", "--model", "fem2d", *COARSE, "--out", tmp_path),
+        run_command.keep,
+    )
+    early = fingertap(*scene, "--set", "solver.fem.end_time=1e-3")
+    assert (early.code, "the surface is not reached" in early.err) == (1, True)
+
+    own = run_command.keep
+
+    def cut(*given: Any) -> None:
+        own(*given)
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(run_command, "keep", cut)
+    full = fingertap(*scene)
+    assert full.code == 1
+    assert "its files could not all be written (No space left on device)" in full.err

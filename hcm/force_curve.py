@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm.arrays import Floats
-from hcm.compiled import kernel_with
+from hcm.compiled import entry_with
 from hcm.integrators.gauss_tableau import tableau
 from hcm.parameters import GAUSS
 
@@ -22,7 +22,7 @@ from hcm.parameters import GAUSS
 PARTS = 8
 
 
-@kernel_with()
+@entry_with()
 def next_contact_step(i: int, time: Floats, mode: NDArray[np.int8], rows: int, end: int) -> int:
     """The row, from i on, that begins a step in contact; its `rows` others, of its stages and its
     end, come before row `end`, which is returned if there is no such step.

@@ -11,7 +11,7 @@ from hcm.arrays import Floats
 from hcm.beam.chain import Probe
 from hcm.beam.equations import depends_on_velocity
 from hcm.beam.outline import Outline, depth
-from hcm.compiled import ByKind, inlined, kernel, kernel_with
+from hcm.compiled import ByKind, entry_with, inlined, kernel
 from hcm.contact.contract import (
     begin_mode,
     commit_history,
@@ -77,7 +77,7 @@ def limit_reached(in_flight: bool, totals: RunTotals, limits: StepLimits) -> int
     return CONTACT_TOO_LONG if elapsed > limits.max_contact_time else RUNNING
 
 
-@kernel_with("contract", nogil=True)  # so that the thread in `hcm.batch` can watch the parent
+@entry_with("contract", nogil=True)  # so that the thread in `hcm.batch` can watch the parent
 def advance(
     old: Motion, new: Motion, contact: ContactState, totals: RunTotals, limits: StepLimits,
     integrator: AnyIntegrator, probe: Probe, outline: Outline, record: Record,

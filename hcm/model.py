@@ -24,7 +24,7 @@ from hcm.beam.drive import Piece, torques_on_nodes
 from hcm.beam.outline import Outline, build_outline, depth_by_kind
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.bounds import Bound, check_fields
-from hcm.compiled import kernel
+from hcm.compiled import entry
 from hcm.contact.build import law_of
 from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.step import AnyIntegrator
@@ -91,7 +91,7 @@ def rigid_motion(finger: Finger, chain: Chain, start: RigidStart) -> tuple[Float
     return q, v
 
 
-@kernel
+@entry
 def fill_rigid_motion(state: Floats, lengths: Floats, chain: Chain, q: Floats, v: Floats) -> None:
     """Write the nodes of rigid phalanges, theta and theta. in `state` (2 P,), to q and v (n,).
 

@@ -8,7 +8,7 @@ import numpy as np
 from hcm.arrays import Floats, Ints
 from hcm.beam.chain import Chain, Probe
 from hcm.beam.energy import energies, stress_at_probe
-from hcm.compiled import ByKind, kernel, kernel_with
+from hcm.compiled import ByKind, entry_with, kernel, kernel_with
 from hcm.contact.contract import (
     axis_end,
     contact_position,
@@ -125,7 +125,7 @@ def total_energy(row: Floats) -> float:
     return total - row[DRIVE_WORK]
 
 
-@kernel_with()
+@entry_with()
 def largest_imbalance(start: Floats, rows: Floats) -> tuple[float, float]:
     """Largest kinetic energy and largest |energy balance| against `start`, J; NaN if any is NaN.
 

@@ -17,7 +17,7 @@ from itertools import pairwise
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.compiled import kernel_with
+from hcm.compiled import entry_with
 from hcm.parameters import GAUSS, Settings
 from hcm.result import Event, History, Status, Summary
 
@@ -35,7 +35,7 @@ REVERSALS = ("compression_to_restitution", "restitution_to_compression")
 CHANGES = ("stick_to_slip", "slip_to_stick")
 
 
-@kernel_with()
+@entry_with()
 def second_difference(time: Floats, force: Floats, first: int, end: int) -> float:
     """Largest h h_l |F''| in rows [first, end), over the peak; h_l is the longer of two steps, h
     the same but at most `LONGER` times the other.

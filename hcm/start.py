@@ -10,7 +10,7 @@ from hcm.beam.chain import Probe
 from hcm.beam.drive import Piece, piece_at, set_drive
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
-from hcm.compiled import ByKind, kernel
+from hcm.compiled import ByKind, entry
 from hcm.contact.contract import Law, begin_mode, contact_position, contact_velocity
 from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, ContactState
@@ -50,7 +50,7 @@ class BeamStart(NamedTuple):
     left_out: float = 0.0
 
 
-@kernel
+@entry
 def first_contact(motion: Motion, tip: int, law: Law) -> ContactState:
     """Contact at the end of the first flight."""
     x, gap = contact_position(motion.q, tip, IN_FLIGHT, law)
@@ -60,7 +60,7 @@ def first_contact(motion: Motion, tip: int, law: Law) -> ContactState:
     return contact
 
 
-@kernel
+@entry
 def write_first_row(
     row: Floats, reactions: Floats, consistent: bool, old: Motion, totals: RunTotals,
     contact: ContactState, integrator: Integrator, probe: Probe,
@@ -177,7 +177,7 @@ def start_divided(
     return BeamStart(start, segment, status if solved else Status.NEWTON_FAILED)
 
 
-@kernel
+@entry
 def write_flight(
     flight: RigidFlight, step: float, consistent: bool, rods: Rods, old: Motion,
     integrator: Integrator, probe: Probe, outline: Outline, rows: Floats, reactions: Floats,

@@ -8,7 +8,7 @@ from hcm.arrays import Floats
 from hcm.beam.chain import Chain
 from hcm.beam.equations import fill_chords
 from hcm.beam.joint_torque import turn_rate, turned_angle
-from hcm.compiled import kernel
+from hcm.compiled import entry, kernel
 from hcm.contact.contract import Law, contact_force, contact_position, hysteresis_loss
 from hcm.contact.law import ContactState
 
@@ -92,7 +92,7 @@ def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
     return motion
 
 
-@kernel
+@entry
 def initial_totals(time: float, step: float) -> RunTotals:
     """Totals of a run that begins."""
     return RunTotals(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)

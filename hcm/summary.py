@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm.arrays import Floats
-from hcm.compiled import kernel_with
+from hcm.compiled import entry_with
 from hcm.contact.law import SLIP
 from hcm.force_curve import next_contact_step
 from hcm.integrators.gauss_tableau import tableau
 from hcm.result import Event, History, Summary
 
 
-@kernel_with()
+@entry_with()
 def extremes(
     time: Floats, fn: Floats, ft: Floats, stress: Floats, particle: Floats, mode: NDArray[np.int8],
     contact: float, last: float,
@@ -40,7 +40,7 @@ def extremes(
     return first, end, largest_fn, largest_ft, largest_stress, impulse, lowest, highest
 
 
-@kernel_with()
+@entry_with()
 def vertex(time: Floats, force: Floats, first: int, end: int, i: int) -> tuple[float, float]:
     """Vertex of the parabola through row i of [first, end), the largest, and its neighbours."""
     if first < i < end - 1:
@@ -57,7 +57,7 @@ def vertex(time: Floats, force: Floats, first: int, end: int, i: int) -> tuple[f
     return time[i], force[i]
 
 
-@kernel_with()
+@entry_with()
 def stage_impulse(
     time: Floats, force: Floats, mode: NDArray[np.int8], weights: Floats, first: int, end: int
 ) -> float:

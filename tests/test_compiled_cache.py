@@ -1,14 +1,21 @@
-"""numba's cache on disk notices an edit of what a kernel calls, and a type that is gone."""
+"""Both packages' compiled kernels: the cache on disk, and which of them Python calls.
+
+numba's cache notices an edit of what a kernel calls, and a type that is gone.
+"""
 
 import shutil
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 import pytest
 
 import hcm.compiled
 import reference_fem.compiled
 from tests.processes import printed
+from validation.models import adapter
+from validation.models.hcm import WARM_UP
+from validation.scenes.load import load_scene
 
 CALLEE = """from typing import NamedTuple
 
@@ -80,3 +87,50 @@ def test_the_cache_notices_an_edited_callee(
     for changed in ({"name": "Renamed"}, {"module": "elsewhere"}):
         assert result(5.0, **changed) == ["6.0", "0"]
         assert result(5.0, **changed) == ["6.0", "1"]
+
+
+@pytest.mark.parametrize("compiled", [hcm.compiled, reference_fem.compiled])
+def test_a_kernel_for_kernels_is_called_from_python(compiled: ModuleType) -> None:
+    """By a caller that is compiled then: it has no code for such calls itself."""
+    options = {"cache": False, "no_cpython_wrapper": True}
+    decorate = (
+        compiled.entry_with(**options) if compiled is hcm.compiled else compiled.njit(**options)
+    )
+
+    @decorate
+    def product(x: float, y: float) -> float:
+        return x * y
+
+    assert isinstance(product, compiled.InnerKernel)
+    assert product(2.0, 3.0) == product(3, 2) == 6.0
+
+
+TAPS = {
+    "hcm": [
+        ("solver.hcm.accuracy=1e-2",),
+        ("solver.hcm.accuracy=1e-5", "solver.hcm.taps=2"),
+        ("solver.hcm.accuracy=1e-2", "drive.torques=[0.01]"),
+        ("solver.hcm.flight='rigid'", "tip.restitution=0.6"),
+        ("solver.hcm.flight='elastic'", "solver.hcm.end_time=0.06"),
+    ],
+    "hcm-refined": [(), ("material.relaxation_time=1e-6", "tip.restitution=0.6")],
+    "fem2d": [(), ("solver.fem.contact='impulse'", "material.relaxation_time=1e-8")],
+    "fem3d": [(), ("solver.fem.element='hex8-one-point'", "solver.fem.accuracy=5e-2")],
+}
+
+
+@pytest.mark.parametrize(
+    ("model", "keys"), [(model, keys) for model, several in TAPS.items() for keys in several]
+)
+def test_a_run_calls_entries_only(
+    model: str, keys: tuple[str, ...], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A call of another kernel would compile its caller in each process anew, for a second."""
+
+    def refuse(kernel: Any, *_args: Any) -> None:
+        raise AssertionError(f"{kernel.py_func.__module__}.{kernel.__name__}: must be an entry")
+
+    for compiled in (hcm.compiled, reference_fem.compiled):
+        monkeypatch.setattr(compiled.InnerKernel, "__call__", refuse)
+    record = adapter(model).run(load_scene("soft", (*WARM_UP[1:], *keys))).record
+    assert record.status == "COMPLETED", record.message

@@ -21,7 +21,7 @@ import math
 import numpy as np
 
 from hcm.arrays import Complexes, Floats
-from hcm.compiled import kernel
+from hcm.compiled import entry, kernel
 
 # w: four coordinates a node, neighbours at most seven places apart (hcm.beam.chain).
 HALF_BANDWIDTH = 7
@@ -37,7 +37,7 @@ def storage(n: int) -> Floats:
     return np.zeros((HALF_BANDWIDTH + n, HALF_BANDWIDTH + 1))
 
 
-@kernel
+@entry
 def factorize(rows: Floats) -> bool:
     """Overwrite `rows` (w + n, w + 1) with its factors: L below the diagonal, 1/D on it.
 
@@ -69,7 +69,7 @@ def factorize(rows: Floats) -> bool:
     return True
 
 
-@kernel
+@entry
 def solve(rows: Floats, x: Floats) -> None:
     """Overwrite the right-hand side in x[w:] with the solution, given `factorize`'s output.
 

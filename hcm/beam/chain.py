@@ -22,7 +22,7 @@ import numpy as np
 from hcm.arrays import Floats, Ints
 from hcm.beam.drive import acting_joints, piece_at, torques_on_nodes
 from hcm.beam.element import UNIT_MASS, Three, fill_matrices
-from hcm.compiled import ByKind, kernel, kernel_with
+from hcm.compiled import ByKind, entry_with, kernel
 from hcm.parameters import Drive, Finger, Phalanx
 
 
@@ -124,7 +124,7 @@ def _section(p: Phalanx) -> tuple[float, ...]:
     return length, density, axial, p.bending_stiffness, p.length, p.relaxation_time
 
 
-@kernel_with()
+@entry_with()
 def fill_chain(
     counts: Ints, section_properties: Floats, f: tuple[float, float], chain: Chain, rest: Floats
 ) -> None:

@@ -13,7 +13,7 @@ from hcm.arrays import Floats, Ints
 from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain
 from hcm.beam.refinement import beams_of, shapes, shear_number
-from hcm.compiled import kernel_with
+from hcm.compiled import entry_with
 from hcm.parameters import Finger, Settings
 
 
@@ -40,7 +40,7 @@ def divided(
     return out
 
 
-@kernel_with()
+@entry_with()
 def divide(values: Floats, counts: Ints, lengths: Floats, phi: Floats, out: Floats) -> None:
     """Fill `out` of `divided`, zeros; counts : (2, P) elements before and after. lengths : (P,) of
     the beams, m. phi : (P,) Phi of the elements before (`hcm.beam.refinement`).

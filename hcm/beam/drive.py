@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats, Ints
-from hcm.compiled import kernel, kernel_with
+from hcm.compiled import entry_with, kernel
 from hcm.parameters import Drive
 
 # Share of the time within which a step's end counts as on a kink; the loop ends pieces within half.
@@ -29,7 +29,7 @@ class Piece(NamedTuple):
     torques: Floats
 
 
-@kernel_with()
+@entry_with()
 def set_drive(time_s: float, piece: Piece, drive: Floats) -> None:
     """Fill `drive` (2, n) with a piece's torques at a time and their rates."""
     passed = max(time_s - piece.begin_s, 0.0)

@@ -19,7 +19,7 @@ from hcm.beam.chain import Chain, stiffness
 from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
 from hcm.beam.element import Six, inertia, internal_force, over, shape_of, tangent_stiffness
 from hcm.beam.joint_torque import torque_force, torque_tangent
-from hcm.compiled import allocating, inlined, kernel
+from hcm.compiled import allocating, entry, inlined, kernel
 from hcm.contact.contract import (
     Law,
     add_rate,
@@ -31,7 +31,7 @@ from hcm.contact.contract import (
 from hcm.contact.law import ContactState
 
 
-@kernel
+@entry
 def fill_chords(q: Floats, chain: Chain, out: Floats) -> None:
     """Write each element's chord (r_2 - r_1)/l to `out` (N, 2)."""
     for e in range(chain.first.size):
@@ -230,7 +230,7 @@ def add_coupling(
     rows[6, w - 1] += s2 * c2
 
 
-@kernel
+@entry
 def tangent(
     q: Floats, weight: float, rate_weight: float, chain: Chain, contact: ContactState, law: Law,
     rows: Floats,

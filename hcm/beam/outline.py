@@ -22,7 +22,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.beam.chain import Chain
 from hcm.beam.element import polynomials, shape_of
-from hcm.compiled import ByKind, kernel
+from hcm.compiled import ByKind, entry, kernel
 from hcm.parameters import Finger
 
 # Parts into which an element is divided if its bound is below the surface: a curvature of 10/m
@@ -77,7 +77,7 @@ def lowest_point(
     return lowest, place
 
 
-@kernel
+@entry
 def depth(q: Floats, chain: Chain, outline: Outline) -> tuple[float, int, float]:
     """How far, m, the finger at q (n,) lies below the surface where it has no contact (0: nowhere),
     in which element (-1) and at which section's X, m.

@@ -22,7 +22,7 @@ from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.drive import Piece, torques_on_rods
 from hcm.beam.refinement import beams_of, moments, touching_height
-from hcm.compiled import kernel
+from hcm.compiled import entry, kernel
 from hcm.parameters import Drive, Finger, Surface
 
 # A moment M at one of its two hinges bends a beam by M L^2/(E I) over this.
@@ -105,7 +105,7 @@ def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s:
     return rods._replace(moment=np.maximum.reduce(found))
 
 
-@kernel
+@entry
 def rates(time: float, state: Floats, rods: Rods, out: Floats) -> None:
     """Write d/dt (theta, theta.) of `state` (2 P,) at `time`, s, to `out` (2 P,)."""
     length, mass, beyond, torque, since, first, second, _, _, _, _, f, _, inertia, along, _ = rods
@@ -137,7 +137,7 @@ def rates(time: float, state: Floats, rods: Rods, out: Floats) -> None:
         out[n + j] /= inertia[j, j]
 
 
-@kernel
+@entry
 def clearance(state: Floats, rods: Rods) -> tuple[float, float]:
     """The tip's height above the surface, m, and its velocity, m/s, along +Y."""
     gap, speed = rods.height, 0.0
@@ -211,7 +211,7 @@ def body_depth(state: Floats, radius: Floats, height: float, rods: Rods) -> floa
     return deepest
 
 
-@kernel
+@entry
 def survey(
     states: Floats, accelerations: Floats, radius: Floats, height: float, rods: Rods, out: Floats
 ) -> tuple[float, float, float, float]:

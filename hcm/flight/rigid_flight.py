@@ -14,7 +14,7 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.beam.drive import Piece, piece_at
-from hcm.compiled import ByKind, kernel
+from hcm.compiled import ByKind, entry, kernel
 from hcm.flight.rigid_chain import Rods, clearance, rates
 from hcm.integrators.dormand_prince import STAGES, dormand_prince
 from hcm.integrators.event_search import (
@@ -112,7 +112,7 @@ def write_row(time: float, state: Floats, stages: Floats, row: Floats) -> None:
         row[1 + 2 * n + i] = stages[0, n + i]
 
 
-@kernel
+@entry
 def take_steps(
     time: float, h: float, end: float, longest: float, tolerance: float, state: Floats, new: Floats,
     stages: Floats, known: bool, rods: Rods, rows: Floats,

@@ -15,7 +15,7 @@ from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize_rank_one, solve_rank_o
 from hcm.beam.chain import Chain
 from hcm.beam.drive import set_torques
 from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
-from hcm.compiled import inlined, kernel
+from hcm.compiled import entry, inlined, kernel
 from hcm.contact.contract import fill_column, has_rate_force, rate_power
 from hcm.contact.law import ContactState
 from hcm.integrators.newton import (
@@ -165,7 +165,7 @@ def change_step(ratio: float, motion: Motion) -> None:
         motion.a[i] = motion.acceleration[i] + ratio * (motion.a[i] - motion.acceleration[i])
 
 
-@kernel
+@entry
 def initial_acceleration(state: Motion, contact: ContactState, integrator: Integrator) -> bool:
     """Fill state.acceleration with the q.. and lam that solve the equations, and a with q.. ."""
     _, chain, law, work = integrator

@@ -2,11 +2,11 @@
 
 import math
 
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner
 from reference_fem.contact.law import Memory
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inner(forceinline=True)
 def return_map(
     stiffness: float, offset_x: float, offset_z: float, limit: float
 ) -> tuple[float, float, float, float]:
@@ -34,7 +34,7 @@ def return_map(
     return -limit * unit_x, -limit * unit_z, slip * unit_x, slip * unit_z
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inner(forceinline=True)
 def slip_loss(
     old_x: float, old_z: float, force_x: float, force_z: float, slip_x: float, slip_z: float
 ) -> float:
@@ -50,7 +50,7 @@ def slip_loss(
     return -0.5 * ((old_x + force_x) * slip_x + (old_z + force_z) * slip_z)
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inner(forceinline=True)
 def first_touch(
     memory: Memory, j: int, gap: float, x: float, z: float, v_x: float, v_y: float, v_z: float
 ) -> None:
@@ -62,7 +62,7 @@ def first_touch(
     memory.spring_force[j] = 0.0
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inner(forceinline=True)
 def drag(
     memory: Memory, j: int, stiffness: float, x: float, z: float, limit: float
 ) -> tuple[float, float, float]:

@@ -13,7 +13,7 @@ from numba import prange
 from numba.extending import overload
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import SAFE_MATH, njit
+from reference_fem.compiled import SAFE_MATH, inner, njit
 from reference_fem.elements.blocks import Blocks, Moving, Stored
 from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import (
@@ -63,7 +63,7 @@ def _for_blocks_of(kind: type[Blocks], compiled: Callable[..., Any]) -> Callable
     return choose
 
 
-@njit(cache=True, error_model="numpy", _nrt=False)
+@inner(_nrt=False)
 def share_force(
     blocks: Blocks, u: Array, shares: Index, t: int, out: Array, stored: Stored, moving: Moving
 ) -> None:

@@ -3,11 +3,11 @@
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner, njit
 from reference_fem.elements.blocks import LANES, Blocks
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def deformation(blocks: Blocks, displacement: Array, cell: int, gradients: Array, f: Array) -> None:
     """F = sum_a x_a grad N_a (dim, dim) of one element, gradients (corners, dim) in 1/m."""
     nodes = blocks.nodes[cell // LANES, cell % LANES]
@@ -35,13 +35,13 @@ def field_gradients(field: Array, cells: Index, gradients: Array, chosen: Index)
     return found
 
 
-@njit(cache=True, error_model="numpy", forceinline=True)
+@inner(forceinline=True)
 def lower(a: float, b: float) -> float:
     """The smaller of two numbers; NaN if one of them is."""
     return a if a <= b or a != a else b
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def cauchy_stress(f: Array, mu: float, pressure: float, stress: Array) -> None:
     """Cauchy stress F S F^T / det F with S = pressure I + mu (F^T F - I), Pa.
 
@@ -68,7 +68,7 @@ def cauchy_stress(f: Array, mu: float, pressure: float, stress: Array) -> None:
     stress[5] = (pressure * xz + mu * (xx * xz + xy * yz + xz * z)) / det
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def cauchy_plane_stress(f: Array, mu: float, lame: float, stress: Array) -> None:
     """In-plane Cauchy stress F S F^T / (det F lambda_z) of a sheet with S_zz = 0, Pa.
 

@@ -9,7 +9,7 @@ is summed twice; a mesh numbered at random costs time, not correctness.
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner
 from reference_fem.elements.blocks import Blocks
 
 # Columns of a share: blocks START..STOP-1 touch nodes LOW..HIGH-1, of which no other
@@ -17,13 +17,13 @@ from reference_fem.elements.blocks import Blocks
 START, STOP, LOW, OWN_LOW, OWN_HIGH, HIGH = range(6)
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def thread_range(count: int, t: int, n_threads: int) -> tuple[int, int]:
     """First and one past the last of the `count` items that thread t takes."""
     return t * count // n_threads, (t + 1) * count // n_threads
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def thread_shares(node_range: Index, n_threads: int) -> Index:
     """Shares (n_threads, 6) of all threads."""
     shares = np.zeros((n_threads, 6), dtype=np.int64)
@@ -48,7 +48,7 @@ def thread_shares(node_range: Index, n_threads: int) -> Index:
     return shares
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def zero_forces(blocks: Blocks, shares: Index, t: int, out: Array) -> None:
     """Zero the forces that thread t is going to add to."""
     low, first, last, high = (
@@ -62,7 +62,7 @@ def zero_forces(blocks: Blocks, shares: Index, t: int, out: Array) -> None:
     blocks.buffers[t, last:high] = 0.0
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def holds_own_nodes_only(blocks: Blocks, block: int, share: Index) -> bool:
     """Whether all of a block's nodes are its thread's own."""
     return bool(
@@ -71,7 +71,7 @@ def holds_own_nodes_only(blocks: Blocks, block: int, share: Index) -> bool:
     )
 
 
-@njit(cache=True, error_model="numpy")
+@inner()
 def add_buffers(blocks: Blocks, shares: Index, out: Array) -> None:
     """Sum the buffers into the nodes that belong to no single thread.
 

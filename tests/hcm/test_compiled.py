@@ -13,10 +13,10 @@ from numba.core.dispatcher import Dispatcher
 
 import hcm
 import hcm.compiled
-from hcm.compiled import ByKind, kernel_with
+from hcm.compiled import ByKind, entry_with
 
 Decorator = Callable[[Callable[..., float]], Callable[..., float]]
-KERNEL = kernel_with("contract", cache=False)  # a cached function's code can't be looked at
+KERNEL = entry_with("contract", cache=False)  # a cached function's code can't be looked at
 
 
 def handed_on(decorator: Decorator) -> Callable[..., float]:

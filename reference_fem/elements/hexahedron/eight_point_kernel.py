@@ -23,7 +23,7 @@ Lanes past the last element have zero rows and repeat its nodes.
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import compiled, inlined
+from reference_fem.compiled import SAFE_MATH, compiled, inlined, njit
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import (
@@ -261,7 +261,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     return float(smallest)
 
 
-@compiled
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def stresses(
     blocks: Blocks,
     displacement: Array,

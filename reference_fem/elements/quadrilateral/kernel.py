@@ -18,7 +18,7 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies, 9..16 velocities,
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import compiled, inlined
+from reference_fem.compiled import SAFE_MATH, compiled, inlined, njit
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Nodes, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import LOW, Three
 from reference_fem.elements.loops import implement
@@ -271,7 +271,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     return float(smallest)
 
 
-@compiled
+@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 def stresses(
     blocks: Blocks,
     displacement: Array,

@@ -5,7 +5,9 @@ their imports, those in functions included, within this project's packages. The 
 library imported on the way counts; so do Python, the processor, and the environment of the compiler
 and of linear algebra (another ``OPENBLAS_CORETYPE`` gives other bits).
 
-For a model from another package all of that package's files count, whatever its version.
+For a model from another package all files of that package count, and those of the packages that it
+imports from outside the installed ones (a folder of ``PYTHONPATH``, an editable install), whatever
+their versions.
 
 A call of `importlib.import_module` is followed if its argument is a literal. A name that is
 computed (`validation.models.adapter`) is not: the caller lists the adapter's module as well.
@@ -35,6 +37,7 @@ DISTRIBUTIONS = {
     "pydantic_core": ("pydantic-core",),
     "skfem": ("scikit-fem",),
 }
+INSTALLED = {"site-packages", "dist-packages"}  # folders whose packages keep to their versions
 ENVIRONMENT = ("NUMBA_", "OMP_", "OPENBLAS_", "MKL_")
 WITHOUT_EFFECT = ("NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES", "NUMBA_COLOR_SCHEME")
 
@@ -73,15 +76,44 @@ def module_file(name: str, root: Path = ROOT) -> str:
     raise ModuleNotFoundError(f"{name}: no such module below {root}")
 
 
-def _files_of(name: str) -> Iterator[tuple[str, Path]]:
-    """All files of another project's package, data and libraries too, or the single module."""
-    spec = importlib.util.find_spec(name)
-    if spec is None or spec.origin is None:
-        raise ModuleNotFoundError(f"{name}: no such module is installed")
-    file = Path(spec.origin)
-    for path in sorted(file.parent.rglob("*")) if spec.submodule_search_locations else [file]:
-        if path.is_file() and path.parent.name != "__pycache__":
-            yield f"{name}/{path.relative_to(file.parent)}", path
+def _places(name: str) -> list[Path]:
+    """Folders of another project's package, or the file of a module; none if it is not there."""
+    try:
+        spec = importlib.util.find_spec(name)
+    except ValueError:  # it is loaded, but not from a file
+        return []
+    if spec is None or not (spec.has_location or spec.submodule_search_locations):
+        return []
+    return [Path(place) for place in spec.submodule_search_locations or [spec.origin or ""]]
+
+
+def _outside(modules: Collection[str], packages: Collection[str]) -> dict[str, Path]:
+    """All files, data and libraries too, of the modules' own packages, and of those that these
+    import from places where nothing keeps to a version.
+
+    Raises ModuleNotFoundError: one of the modules' own packages is not there.
+    """
+    files: dict[str, Path] = {}
+    waiting = sorted({name.partition(".")[0] for name in modules} - set(packages))
+    for package in waiting:
+        if not _places(package):
+            raise ModuleNotFoundError(f"{package}: no such module is installed")
+    seen = {"", *packages, *sys.stdlib_module_names}
+    while waiting:
+        package = waiting.pop()
+        seen.add(package)
+        for place in _places(package):
+            base = place if place.is_dir() else place.parent
+            for path in sorted(place.rglob("*")) if place.is_dir() else [place]:
+                if not path.is_file() or path.parent.name == "__pycache__":
+                    continue
+                files[f"{package}/{path.relative_to(base)}"] = path
+                text = path.read_text("utf-8", "replace") if path.suffix == ".py" else ""
+                for top in {name.partition(".")[0] for name, _ in imports(text)} - seen:
+                    seen.add(top)
+                    if not any(INSTALLED.intersection(p.parts) for p in _places(top)):
+                        waiting.append(top)
+    return files
 
 
 def closure(
@@ -99,13 +131,11 @@ def closure(
 
     Returns
     -------
-    sources : by module, the content of its file; of other projects' packages, all files.
+    sources : by module, the content of its file; of `_outside` packages, all files.
     libraries : names of packages, without those of the standard library.
     """
-    sources: dict[str, bytes] = {}
+    sources = {member: path.read_bytes() for member, path in _outside(modules, packages).items()}
     libraries = set()
-    for package in {name.partition(".")[0] for name in modules} - set(packages):
-        sources |= {member: path.read_bytes() for member, path in _files_of(package)}
     names, seen = [(name, "") for name in modules], set[tuple[str, str]]()
     texts = [content for member, content in sources.items() if member.endswith(".py")]
     names += [name for text in texts for name in imports(text.decode())]

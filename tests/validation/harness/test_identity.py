@@ -157,6 +157,26 @@ def test_data_of_anothers_package_is_part_of_its_results(
     assert digests[0] == digests[1] != digests[2]
 
 
+def test_what_anothers_package_imports_from_a_folder_is_part_of_its_results(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A plug-in's own library had changed, and its old numbers were read back."""
+    monkeypatch.syspath_prepend(str(tmp_path))
+    adapter = "import numpy\nimport sys\nimport nowhere\nfrom library.forces import force\n"
+    (tmp_path / "thin.py").write_text(adapter)
+    (tmp_path / "library").mkdir()  # without __init__.py it is a package too
+    (tmp_path / "library" / "forces.py").write_text("import constants\n")
+    (tmp_path / "constants.py").write_text("G = 9.8\n")
+    (tmp_path / "unused.py").write_text("")
+    found = closure(["thin"])[0]
+    assert set(found) == {"thin/thin.py", "library/forces.py", "constants/constants.py"}
+    assert "numpy" in closure(["thin"])[1]
+    (tmp_path / "constants.py").write_text("G = 9.81\n")
+    assert source_digest(closure(["thin"])[0]) != source_digest(found)
+    with pytest.raises(ModuleNotFoundError, match="nowhere"):
+        closure(["thin", "nowhere"])
+
+
 def test_an_import_that_leads_nowhere_is_no_result(tmp_path: Path) -> None:
     with pytest.raises(ModuleNotFoundError, match="validation"):
         closure(["validation.models.hcm"], root=tmp_path)

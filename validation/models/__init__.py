@@ -8,9 +8,11 @@ every command.
 import difflib
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
+from typing import get_args
 
 from validation.errors import RunFailedError, UserError
-from validation.models.adapter import Adapter
+from validation.harness.provenance import installed
+from validation.models.adapter import Adapter, Kind
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 
@@ -53,11 +55,23 @@ def adapter(name: str, option: str = "--model") -> Adapter:
         raise RunFailedError(
             f"model {name} ({entry_point.value}): cannot be loaded: {type(error).__name__}: {error}"
         ) from error
-    missing = [member for member in MEMBERS if not hasattr(found, member)]
-    if missing or found.name != name:
-        what = f"lacks {', '.join(missing)}" if missing else f"calls itself {found.name!r}"
+    if what := _fault(found, name):
         raise RunFailedError(f"model {name} ({entry_point.value}): is not an adapter: it {what}")
     return found
+
+
+def _fault(found: Adapter, name: str) -> str:
+    """What an adapter of that name must not be or lack; empty: nothing."""
+    if missing := [member for member in MEMBERS if not hasattr(found, member)]:
+        return f"lacks {', '.join(missing)}"
+    if found.name != name:
+        return f"calls itself {found.name!r}"
+    if found.kind not in (kinds := get_args(Kind)):
+        return f"has kind = {found.kind!r}: must be {' or '.join(kinds)}"
+    for source in found.sources:
+        if not installed(source.partition(".")[0]):
+            return f"has {source!r} among its sources, which is no installed module"
+    return ""
 
 
 def estimate_override(model: str, estimate: bool = False) -> tuple[str, ...]:

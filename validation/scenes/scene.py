@@ -1,7 +1,6 @@
 """A scene: its tables, and whether they fit together."""
 
 import math
-from collections.abc import Iterator
 from typing import Any, Self
 
 from pydantic import model_validator
@@ -42,9 +41,9 @@ class Scene(Table):
             return values
         return (values,) * self.finger.phalanges
 
-    def rows(self, *columns: Numbers | tuple[int, ...]) -> Iterator[tuple[Any, ...]]:
+    def rows(self, *columns: Numbers | tuple[int, ...]) -> list[tuple[Any, ...]]:
         """A row of numbers for each phalanx."""
-        return zip(*map(self.per_phalanx, columns), strict=True)
+        return list(zip(*map(self.per_phalanx, columns), strict=True))
 
     @property
     def elements(self) -> tuple[float, ...]:

@@ -217,13 +217,19 @@ def test_a_model_that_runs_another_elsewhere_keeps_its_name_and_the_folder(
 
 
 def test_model_that_cannot_be_loaded_or_is_none_is_named(
-    install: Callable[[Callable[[], Any]], None], fingertap: Run
+    example: ModuleType, install: Callable[[Callable[[], Any]], None], fingertap: Run
 ) -> None:
+    def changed(**members: Any) -> Callable[[], Any]:
+        return lambda: SimpleNamespace(**{**vars(example), **members})
+
     for what, model, code, words in (
         (lambda: importlib.import_module("no_such_package"), "mine", 1,
          "model mine (rigid_rod): cannot be loaded: ModuleNotFoundError"),
         (SimpleNamespace, "mine", 1, "lacks name, kind"),
         (SimpleNamespace, "mime", 2, "did you mean mine?"),
+        (changed(name="other"), "mine", 1, "calls itself 'other'"),
+        (changed(kind="surrogate"), "mine", 1, "kind = 'surrogate': must be reduced or reference"),
+        (changed(sources=("rigid_rod", "nomod.x")), "mine", 1, "has 'nomod.x' among its"),
     ):  # fmt: skip
         install(what)
         ended = fingertap("run", "soft", "--model", model)

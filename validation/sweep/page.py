@@ -2,6 +2,7 @@
 
 import itertools
 import shlex
+from collections import Counter
 from collections.abc import Hashable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -31,7 +32,9 @@ REPORT = (
 
 
 def pairs(plan: Plan) -> list[Pair]:
-    """Each reduced model with each reference; where there is only one kind, all with the first."""
+    """Each reduced model with each reference; where there is only one kind, all with the first
+    that the plan names.
+    """
     kinds = [adapter(solver.model).kind for solver in plan.solvers]
     references = [i for i, kind in enumerate(kinds) if kind == "reference"]
     reduced = [i for i, kind in enumerate(kinds) if kind == "reduced"]
@@ -40,6 +43,18 @@ def pairs(plan: Plan) -> list[Pair]:
         places = [(i, 0) for i in range(1, len(kinds))]
     labels = [solver.label for solver in plan.solvers]
     return [Pair(own, base, f"{labels[own]} against {labels[base]}") for own, base in places]
+
+
+def endings(data: xarray.Dataset, labels: Sequence[str]) -> Iterator[dict[str, Any]]:
+    """A row per model and status, with what most of the runs that did not complete say."""
+    status, message = data["status"].values, data["message"].values
+    for place, label in enumerate(labels):
+        for name in np.unique(status[:, place]):
+            ended = status[:, place] == name
+            row: dict[str, Any] = {"model": label, "status": name, "scenes": int(ended.sum())}
+            if name != "COMPLETED":
+                row["most often"] = Counter(message[ended, place].tolist()).most_common(1)[0][0]
+            yield row
 
 
 def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
@@ -76,13 +91,16 @@ def worst(
         if largest[place] < 0.0:
             return
         entry = OF_A_TAP[int(np.nanargmax(apart[:, place]))]
-        messages = (str(data["message"].values[place, p]) for p in (pair.own, pair.base))
+        both = pair.own, pair.base
+        told = [(plan.solvers[p].label, data["message"].values[place, p]) for p in both]
         yield {
             "scene": place,
             "largest of force, impulse, duration (%)": 100 * float(largest[place]),
             "in": entry.title,
             "models": pair.title,
-            "what the runs caution against": "; ".join(filter(None, dict.fromkeys(messages))),
+            "what the runs caution against": "; ".join(
+                f"{label}: {message}" for label, message in told if message
+            ),
             "run again": " && ".join(
                 f"{command(plan, points, place, solver)} --out out/{which}"
                 for which, solver in (("own", pair.own), ("base", pair.base))
@@ -187,11 +205,7 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
             sections.append(page.section(folder, title, name, rows, notes, figures))
 
     status = data["status"].values
-    section("How the runs ended", "endings", [
-        {"model": label, "status": name, "scenes": int(count)}
-        for place, label in enumerate(labels)
-        for name, count in zip(*np.unique(status[:, place], return_counts=True), strict=True)
-    ])  # fmt: skip
+    section("How the runs ended", "endings", list(endings(data, labels)))
     lead = [f"{int((status == 'COMPLETED').sum())} of {status.size} runs completed."]
     if chosen:
         apart = table(data, chosen)

@@ -150,7 +150,11 @@ def _one_line(error: ValidationError) -> str:
             check_key(place[1], f"vary.{place[1]}")
         inner: Any = {"points": Points, "vary": Axis}.get(place[0], _Plan)
         names = ", ".join((inner if len(place) > 1 else _Plan).model_fields)
-        return f"{'.'.join(place)} = {show(first['input'])}: unknown key; known are {names}"
+        moved = place[0] == "points" and place[-1] in Axis.model_fields
+        known = f"belongs to an axis: [vary] KEY = {{ ..., {place[-1]} = ... }}" if moved else (
+            f"unknown key; known are {names}"
+        )  # fmt: skip
+        return f"{'.'.join(place)} = {show(first['input'])}: {known}"
     if first["type"] == "missing" and place[0] in _Plan.model_fields:
         example = {"scene": 'scene = "soft"', "models": 'models = ["hcm", "fem3d"]'}
         return f"{place[0]} is missing: add {example.get(place[0], place[0])}"

@@ -12,7 +12,16 @@ from tests.validation.sweep.plans import PLAN, written
 from validation.sweep import dataset
 from validation.sweep.dataset import Output, Pair
 from validation.sweep.figures import draw_map
-from validation.sweep.page import command, outputs, pairs, table, variables, worst, write_report
+from validation.sweep.page import (
+    command,
+    endings,
+    outputs,
+    pairs,
+    table,
+    variables,
+    worst,
+    write_report,
+)
 from validation.sweep.plan import Plan, read_plan
 from validation.sweep.points import PointTable, points_of
 
@@ -147,7 +156,7 @@ def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
     said.values[1] = ["it is wet", "not compared", "it is coarse"]
     told = worst(plan, points, data.assign(message=said), Pair(0, 2, ""))
     doubts = [row["what the runs caution against"] for row in told]
-    assert doubts == ["it is wet; it is coarse", "", ""]
+    assert doubts == [f"{plan.solvers[0].label}: it is wet; fem3d: it is coarse", "", ""]
     own, base = rows[0]["run again"].split(" && ")
     assert own == f"{command(plan, points, 1, 0)} --out out/own"
     words = shlex.split(base)
@@ -159,6 +168,18 @@ def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
     assert "--accuracy" not in command(held, points, 1, 0)
     assert "finger.elements=2" in words
     assert f"surface.friction={points.columns['surface.friction'][1]!r}" in words
+
+
+def test_the_page_says_why_most_runs_were_refused(tmp_path: Path) -> None:
+    _, _, data = swept(tmp_path)
+    status, message = (data[name].astype(object).copy() for name in ("status", "message"))
+    status.values[:, 0] = ["REFUSED", "REFUSED", "COMPLETED", "REFUSED"]
+    message.values[:, 0] = ["no torques", "other", "a caution", "no torques"]
+    told = [*endings(data.assign(status=status, message=message), ["a", "b", "c"])][:2]
+    assert told == [
+        {"model": "a", "status": "COMPLETED", "scenes": 1},
+        {"model": "a", "status": "REFUSED", "scenes": 3, "most often": "no torques"},
+    ]
 
 
 def test_an_error_that_nobody_knows_is_infinite(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import time
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -106,6 +107,8 @@ def solve(
 ) -> Outcome:
     """Warm up, unless this process has run the model before (`warm`); solve and measure.
 
+    The solve's time is the adapter's own or, if it gives none, that of its `run`.
+
     Raises UserError: the model cannot take this scene.
     Raises RunFailedError: the solver stopped with an error of its own; its trace is kept in
         ``folder``.
@@ -120,7 +123,9 @@ def solve(
             with compiling_reported(progress):
                 if not warm:
                     module.warm_up()
+                began = time.perf_counter()
                 outcome = module.run(scene, progress, checkpoint)
+                elapsed_s = time.perf_counter() - began
         if not isinstance(outcome, Outcome):
             raise TypeError(f"its run gave a {type(outcome).__name__}, not an Outcome")
         check_run(outcome.record)
@@ -139,6 +144,8 @@ def solve(
         ) from error
     # a model that runs another one, or another scene, returns a record with their names
     record = replace(relabelled(outcome.record, scene.name, None, scene.document), model=model)
+    if record.summary.get("wall_time_s") is None:
+        record = record.with_summary(wall_time_s=elapsed_s)
     return replace(outcome, record=record.with_summary(peak_memory_MB=peak_memory_MB()))
 
 

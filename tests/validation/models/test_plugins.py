@@ -73,6 +73,7 @@ def test_example_runs_as_a_model_by_its_equations(
     duration, speed = found["contact_duration_s"], -found["tip_velocity_at_contact_m_per_s"][1]
     mass = 0.78e6 * (duration / np.pi) ** 2
     assert found["normal_impulse_N_s"] == pytest.approx(2 * mass * speed, rel=1e-4)
+    assert 0.0 < found["wall_time_s"] < 60.0  # it states none: that of its `run`
     ended = fingertap("run", "driven-1", "--model", "mine")
     assert "torques are not carried" in ended.refusal
 

@@ -80,26 +80,32 @@ class InnerKernel(CPUDispatcher):
         return entry_with(cache=False, _nrt=self.targetoptions["_nrt"])(lambda *args: kernel(*args))
 
 
-def entry_with(*fastmath: str, **options: object) -> Callable[[Callable[..., Any]], Any]:
-    """`entry` with these LLVM fast-math flags and numba options."""
-    chosen: dict[str, Any] = {
-        "cache": True,
+def options_of(*fastmath: str, **options: object) -> dict[str, object]:
+    """Options of numba for a kernel with these LLVM fast-math flags and `options`."""
+    ours = {
         "error_model": "numpy",
-        "fastmath": set(fastmath),
+        "fastmath": {*fastmath},
         "no_cfunc_wrapper": True,
         "_nrt": False,
-        **options,
     }
+    return {**ours, **options}
+
+
+def entry_with(
+    *fastmath: str, cache: bool = True, **options: object
+) -> Callable[[Callable[..., Any]], Any]:
+    """`entry` with these LLVM fast-math flags and numba options."""
+    chosen = options_of(*fastmath, **options)
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(**chosen)(function)
-        if chosen.get("no_cpython_wrapper"):
+        dispatcher = njit(cache=cache, **chosen)(function)
+        if "no_cpython_wrapper" in chosen:
             dispatcher.__class__ = InnerKernel
-        if chosen["cache"]:
+        if cache:
             # private to numba, as `_nrt` is: the same test checks it with the next version
-            cache, stamp = dispatcher._cache, source_stamp(Path(function.__code__.co_filename))
-            name = cache._impl.filename_base
-            cache._cache_file = CacheFile(cache.cache_path, name, stamp)
+            found, stamp = dispatcher._cache, source_stamp(Path(function.__code__.co_filename))
+            name = found._impl.filename_base
+            found._cache_file = CacheFile(found.cache_path, name, stamp)
         return dispatcher
 
     return compiled
@@ -146,28 +152,26 @@ class ByKind:
         return found
 
 
-def by_type(kind: type, special: Callable[..., Any], plain: Any) -> Callable[..., Any]:
+def by_type(kind: type, special: Any, plain: Any) -> Callable[..., Any]:
     """Return a kernel that is `special` if an argument is of the named tuple `kind`, else `plain`:
     another kernel, or a constant that is returned whatever the arguments are.
 
-    The choice is made while the caller is compiled: it costs nothing, and a run compiles only one.
+    Both are compiled as by `kernel`. The choice is made while the caller is compiled: it costs
+    nothing, and a run compiles only one.
     """
 
     def chosen(*args: Any) -> Any:
         found = special if any(isinstance(arg, kind) for arg in args) else plain
         return found(*args) if callable(found) else found
 
-    @overload(chosen)
+    @overload(chosen, strict=False, jit_options=options_of("contract", no_cpython_wrapper=True))
     def choose(*args: Any) -> Callable[..., Any]:
         is_kind = any(getattr(arg, "instance_class", None) is kind for arg in args)
         found = special if is_kind else plain
 
-        def call(*args: Any) -> Any:
-            return found(*args)
-
         def same(*args: Any) -> Any:
             return found
 
-        return call if callable(found) else same
+        return found.py_func if callable(found) else same
 
     return chosen

@@ -189,7 +189,7 @@ def _flight_errors(
     apart = np.maximum(apart, np.abs(flight.pole_velocity(touch) - sooner))
     of_speed = float(max(apart)) / approach_speed
     omitted = NOTHING_OMITTED
-    if scene.settings.flight != "explicit":
+    if scene.settings.flight != "explicit" and scene.settings.flight_error:
         omitted = omitted_motion(
             flight, scene.settings.flight, scene.drive, shape, scene.materials, approach_speed
         )

@@ -1,6 +1,7 @@
 """What a rigid flight leaves out: closed forms, and flights of the elements themselves."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -246,6 +247,8 @@ def test_what_is_left_out_is_in_every_error_and_said(
         )
         runs.append(rf.simulate(mesh, (RUBBER,) * 3, SURFACE, rf.Drive(), settings))
     without, run = runs
+    alike = replace(settings, flight_error=False)
+    assert rf.simulate(mesh, (RUBBER,) * 3, SURFACE, rf.Drive(), alike).errors == without.errors
     left = flight == "rigid"
 
     def more(name: str) -> float:

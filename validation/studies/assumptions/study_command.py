@@ -148,15 +148,22 @@ def _flight(numbers: Floats, table: pd.DataFrame) -> str:
 
 
 def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
-    """Solve scenes again; raises RunFailedError where a number is beyond its stored error."""
+    """Solve scenes again; raises RunFailedError where a number is beyond its stored error, or where
+    errors within `BARS` no longer are.
+    """
     found = by_reference(stored, "again", workers, out)
-    apart = (found[KEYS] - stored[KEYS]).abs()
-    shares = (apart / stored[ERRORS].to_numpy()).max(axis=1, skipna=False)
-    for scene, share in shares.items():
-        ended = found.loc[scene, STATUS].lower()
-        output(f"scene {scene}: {ended}, differs by {share:.1e} of the stored errors")
-    if changed := [str(scene) for scene, share in shares.items() if not share <= 1.0]:
-        raise RunFailedError(f"scenes {', '.join(changed)}: beyond the stored errors")
+    bars = stored[ERRORS].to_numpy()
+    apart = ((found[KEYS] - stored[KEYS]).abs() / bars).max(axis=1, skipna=False)
+    states = (found[ERRORS] / bars).max(axis=1, skipna=False)
+    for scene in stored.index:
+        output(
+            f"scene {scene}: {found.loc[scene, STATUS].lower()}, differs by {apart[scene]:.1e} of"
+            f" the stored errors, and states up to {states[scene]:.2g} times as large ones"
+        )
+    changed = ~(apart <= 1.0) | (known(stored) & ~known(found))
+    if changed.any():
+        named = ", ".join(map(str, stored.index[changed]))
+        raise RunFailedError(f"scenes {named}: beyond the stored errors, or errors beyond the bars")
 
 
 def numbers_of(runs: xarray.Dataset) -> Floats:

@@ -275,6 +275,28 @@ def test_stored_numbers_that_are_not_found_again_fail(
     assert "beyond the stored errors" in ended.err
 
 
+@pytest.mark.parametrize("times", [1.0, 10.0])
+def test_stored_errors_that_are_not_found_again_fail(
+    times: float, monkeypatch: Patch, fingertap: Run, tmp_path: Path
+) -> None:
+    """References stated ten times their stored errors, of which nothing was said."""
+    stored = read_study()
+
+    def swept(table: pd.DataFrame, *_rest: object) -> xarray.Dataset:
+        own = stored.loc[table.index]
+        data: dict[str, Any] = {"status": (("scene", "model"), own[[study.STATUS]].to_numpy())}
+        for key in study.KEYS:
+            data[key] = (("scene", "model"), own[[key]].to_numpy())
+            data[f"{key}_error"] = (("scene", "model"), times * own[[f"{key}_error"]].to_numpy())
+        return xarray.Dataset(data)
+
+    monkeypatch.setattr(study, "_swept", swept)
+    ended = fingertap("study", "--again", 5, "--out", tmp_path)
+    assert ended.code == int(times > 1.0)
+    assert ended.out.count(f"states up to {times:g} times as large ones") == 5
+    assert ("errors beyond the bars" in ended.err) == (times > 1.0)
+
+
 @pytest.mark.parametrize(
     ("given", "said"),
     [

@@ -29,7 +29,6 @@ from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import with_error
 from validation.models.adapter import Progress
-from validation.models.inputs import scene_inputs
 from validation.models.solid_mesh import size_scale
 
 
@@ -119,7 +118,8 @@ def run_converge(
         of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences)
         rows = [*verdicts.verdict_rows(convergences), *of_preset]
         write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
-        write_json(folder / verdicts.STUDIED, scene_inputs(runs.scene.tables, model))
+        made_from = verdicts.study_of(runs.scene.tables, model, folder / "convergence.csv")
+        write_json(folder / verdicts.STUDIED, made_from)
         draw(folder / "convergence.png", results, title)
     output(f"{title}: from one impact state, each refined alone")
     wide = max(len(refinement.name) for refinement in wanted)

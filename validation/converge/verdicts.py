@@ -1,5 +1,6 @@
 """Results of a convergence study: orders, limits, uncertainties, and the preset's error."""
 
+import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,10 @@ import pandas as pd
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import Values
 from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
+from validation.harness.console import say
+from validation.harness.identity import program
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
+from validation.models import adapter
 from validation.models.inputs import scene_inputs
 from validation.scenes.scene import Scene
 
@@ -106,22 +110,38 @@ def preset_rows(preset: Values, verdicts: Convergences) -> list[dict[str, Any]]:
     return rows
 
 
+def study_of(tables: Scene, model: str, table: Path) -> dict[str, Any]:
+    """What a study's ``convergence.csv`` belongs to, to be stored beside it: the scene, the code
+    and libraries that made it, and its own digest.
+    """
+    made_by = program(*adapter(model).sources, __name__, without=adapter(model).independent_of)
+    content = hashlib.sha256(table.read_bytes()).hexdigest()
+    by = {key: made_by[key] for key in ("source", "versions")}
+    return {**scene_inputs(tables, model), **by, "convergence_sha256": content}
+
+
 def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:
     """Relative uncertainties of the preset `converged` by key, from a study's ``convergence.csv``.
 
-    Empty if there is no such file, or if it is not a study's, or is that of another scene.
+    Empty if there is no such file, or if it is that of another scene; also, with a line that says
+    so, if it has changed or was made by other code.
     """
     path, studied = folder / "convergence.csv", folder / STUDIED
     if not (path.is_file() and studied.is_file()):
         return {}
     try:
-        if json.loads(studied.read_bytes()) != scene_inputs(tables, "fem3d"):
-            return {}
-    except ValueError:
+        found, now = json.loads(studied.read_bytes()), study_of(tables, "fem3d", path)
+        changed = [key for key in now if found.get(key) != now[key]]
+    except (OSError, ValueError, AttributeError):
+        changed = ["convergence_sha256"]
+    if "tables" in changed or "mesh_sha256" in changed:
+        return {}
+    if changed:
+        whole = "convergence_sha256" not in changed
+        why = "was made by other code or libraries" if whole else "is damaged"
+        say(f"{folder}: the study {why} and is left out; fingertap converge makes it anew")
         return {}
     table = pd.read_csv(path)
-    if not {"refinement", "quantity", "uncertainty_percent"} <= set(table.columns):
-        return {}
     known = {entry.key for entry in COMPARED}
     shares = table[table["refinement"] == PRESET].set_index("quantity")["uncertainty_percent"]
     return {key: 0.01 * float(share) for key, share in shares.dropna().items() if key in known}

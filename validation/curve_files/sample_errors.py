@@ -9,6 +9,7 @@ from validation.curve_files.contract import Floats
 
 UNKNOWN = (np.inf, np.inf)  # of both ends
 EQUAL = 3  # pairs of equal neighbours in rounded samples: exact ones have two at most, at a peak
+OTHER_RUNS = 5  # of equal samples, which a rounded top is at most as long as (`held`)
 LARGEST_ALIKE = 0.99  # correlation of neighbours, beyond which a zero line drifts
 
 
@@ -51,6 +52,34 @@ def quantum(force: Floats) -> float:
     """
     equal = (np.diff(force) == 0.0) & (force[1:] != 0.0)
     return float(np.diff(np.unique(force)).min()) if equal.sum() >= EQUAL else 0.0
+
+
+def held(force: Floats) -> tuple[int, int]:
+    """For how many samples on end a tap's force stays at its largest value, and how many may so.
+
+    Up to n = 2 T/(pi dt) arccos(1 - r/F) + 5 m (about 2 T/(pi dt) sqrt(2 r/F) + 5 m) of samples dt
+    apart are no saturation:
+
+    - a half sine of duration T is within r of its top F for as long as the first term; r is the
+      step of the samples (`quantum`), T 3/2 of the time that the force stays above F/2 about there
+    - m is the longest run of equal samples between F/2 and F, such as a converter repeats. Also a
+      parabola of any curvature that is rounded stays a step below its top, on either side, for
+      (sqrt(2) - 1)/2, more than a fifth, of the time at its top
+
+    force : (n,), N, of the tap with a sample without force at both ends; 0, 0 if none is positive.
+    """
+    top = float(force.max())
+    if top <= 0.0:
+        return 0, 0
+    edges = np.flatnonzero(np.diff(force)) + 1
+    runs, values = np.diff(edges), force[edges[:-1]]
+    longest = int(np.argmax(np.where(values == top, runs, 0)))
+    other = int(runs[(values > 0.5 * top) & (values < top)].max(initial=1))
+    low = np.flatnonzero(force <= 0.5 * top)
+    after = int(np.searchsorted(low, edges[longest]))
+    high = force[low[after - 1] : low[after]]
+    within = math.acos(max(1.0 - quantum(high) / top, -1.0))  # F_t may end below zero
+    return int(runs[longest]), int(3.0 / math.pi * high.size * within) + OTHER_RUNS * other
 
 
 def lone_peak(normal: Floats, allowed: float) -> float:

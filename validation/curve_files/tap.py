@@ -7,6 +7,7 @@ from validation.curve_files.contract import Floats, Samples, Sidecar
 from validation.curve_files.sample_errors import (
     ZeroLine,
     excess,
+    held,
     lone_peak,
     normal_force_errors,
     quantum,
@@ -21,7 +22,11 @@ SCATTER_SAMPLES, SCATTER_RATIO = 2, 3.0
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 LONE = 0.05  # of the peak, by which one sample above its neighbours is worth a line
 RAISED = 0.01  # of the peak, what scatter may raise it by that is worth a line
-AXES = ("normal_force", "tangential_force")
+ROUND_OFF = 1e-12  # of the largest force: a computed one this small is zero
+AXES = {  # and what a tap's largest force along it decides
+    "normal_force": ("peak_normal_force_N", "peak_normal_force_time_s", "normal_impulse_N_s"),
+    "tangential_force": ("peak_tangential_force_N",),
+}
 
 
 def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, list[str]]:
@@ -33,22 +38,24 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         contact.
     """
     beside, body = f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
-    time, least = _times(samples, origin, sidecar), body * sidecar.threshold_N
+    time, hidden = _times(samples, origin, sidecar), body * sidecar.threshold_N
     signs = {"normal_force": sidecar.normal, "tangential_force": sidecar.tangential}
     forces = {
         name: array * (-body if "-" in signs.get(name, "") else body)
         for name, array in samples.forces.items()
     }
     normal, tangential = forces["normal_force"], forces.get("tangential_force")
-    _check_pushes(samples, normal, origin, sidecar)
+    # rounded samples are off by up to half a step
+    least = max(hidden, 0.5 * quantum(normal) + ROUND_OFF * float(np.abs(normal).max()))
+    _check_pushes(samples, normal, least, origin, sidecar)
     touches = _touches(normal, least)
-    tap, joined, count = _first_tap(samples, time, normal, touches, origin, sidecar)
+    tap, joined, count = _first_tap(samples, time, normal, touches, least, origin, sidecar)
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     line = zero_line(normal[~touches])
     errors, notes = {}, [*filter(None, [sidecar.source]), *samples.notes]
     if (sigma := forces.get("normal_force_sigma")) is not None:
         errors = normal_force_errors(
-            time[tap], contact["normal_force"][tap], sigma[tap], least, line, quantum(normal[tap])
+            time[tap], contact["normal_force"][tap], sigma[tap], hidden, line, quantum(normal[tap])
         )
         errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
     if tangential is not None and (deviation := forces.get("tangential_force_sigma")) is not None:
@@ -57,7 +64,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             deviation[tap][np.argmax(np.abs(pulled))]
         ) + excess(pulled, zero_line(tangential[~touches]).scatter)
     notes.append(_of_the_whole(sidecar, beside))
-    idle = ~touches & np.any([forces[name] != 0.0 for name in AXES if name in forces], axis=0)
+    axes = [name for name in AXES if name in forces]
+    idle = ~touches & np.any([forces[name] != 0.0 for name in axes], axis=0)
     if idle.any():
         most = max(least, float(normal[idle].max()))
         notes.append(f"{idle.sum()} samples of up to {most:g} N count as no contact, without force")
@@ -79,12 +87,21 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"{normal[tap].max():.4g} N where the largest has {normal.max():.4g} N (if some are "
             "scatter, raise threshold_N)"
         )
-    notes += _quality(normal[tap], line, body)
+    by_samples = "peak_normal_force_N" in errors.keys() - sidecar.uncertainty.model_fields_set
+    notes += _quality(normal[tap], line, body, "; errors include it" if by_samples else "")
     notes += _intervals(samples, time, tap)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
     if not errors:
-        notes.append(f"no uncertainty is known, so no verdict: give sigma columns, or {beside}")
+        notes.append(
+            "no uncertainty is known, so nothing is judged: give sigma columns, or state "
+            f"uncertainty in {beside}"
+        )
     scalars = sidecar.scalars.model_dump(exclude_unset=True)
+    stated = scalars.keys() & sidecar.uncertainty.model_fields_set
+    for name in axes:
+        if saturated := _saturation(name, contact[name][tap], body, beside):
+            notes.append(saturated)
+            errors |= {key: np.inf for key in AXES[name] if key not in stated}
     curves = Curves(time, contact["normal_force"], contact.get("tangential_force"), scalars, errors)
     remedy = (
         f"take it out of {beside} unless it is the better one (half_model, time_offset_s and"
@@ -112,12 +129,14 @@ def _times(samples: Samples, origin: str, sidecar: Sidecar) -> Floats:
     return time
 
 
-def _check_pushes(samples: Samples, normal: Floats, origin: str, sidecar: Sidecar) -> None:
-    """Raise UserError where the normal force pulls by more than the threshold."""
+def _check_pushes(
+    samples: Samples, normal: Floats, least: float, origin: str, sidecar: Sidecar
+) -> None:
+    """Raise UserError where the normal force pulls by more than `least`, N."""
     body = 2.0 if sidecar.half_model else 1.0
     lowest = int(np.argmin(normal))
     pull = -normal[lowest]
-    if pull <= body * sidecar.threshold_N:
+    if pull <= least:
         return
     line = zero_line(normal[np.abs(normal) <= pull])
     remedy = ""
@@ -147,24 +166,26 @@ def _touches(normal: Floats, least: float) -> NDArray[np.bool_]:
 
 
 def _first_tap(
-    samples: Samples, time: Floats, normal: Floats, touches: NDArray[np.bool_], origin: str,
-    sidecar: Sidecar,
+    samples: Samples, time: Floats, normal: Floats, touches: NDArray[np.bool_], least: float,
+    origin: str, sidecar: Sidecar,
 ) -> tuple[slice, int, int]:  # fmt: skip
     """The first tap's samples with the one before and after it; how many touches it has, and all.
 
     Raises UserError: there is none, the record begins or ends in it, or it is scatter.
     """
     beside, body = f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
-    least = body * sidecar.threshold_N
     first, last, joined, count = 0, time.size, 0, 0
     if touches.any() and not touches[0]:
         first, last, joined, count = touches_of_tap(time, touches)
     if last == time.size:
-        how = f"begins in contact, {normal[0]:.4g} N" if touches[0] else "ends in contact"
-        how = how if touches.any() else f"has no normal force above {least:g} N"
+        how, end = ("begins", normal[0]) if touches[0] else ("ends", normal[-1])
+        allowed = f"{least / body:.2g} N"
+        how = f"{how} in contact, {end / body:.4g} N where up to {allowed} counts as zero"
+        how = how if touches.any() else f"has no normal force above {allowed}"
         raise UserError(
             f"{origin}: {how}; give a longer record, subtract an offset of the zero line, or state "
-            f"in {beside} the right normal (it is {sidecar.normal}) and threshold_N"
+            f"in {beside} the right normal (it is {sidecar.normal}) and threshold_N, up to which "
+            "nothing touches"
         )
     tap = slice(first - 1, last + 1)
     highest = normal[tap].max()
@@ -186,25 +207,40 @@ def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
     return f"forces {body}, times {since}{remedy}"
 
 
-def _quality(normal: Floats, line: ZeroLine, body: float) -> list[str]:
-    """Lines of an offset of the zero line, of scatter, and of a stray largest sample; normal : of
-    the tap.
+def _saturation(name: str, force: Floats, body: float, beside: str) -> str:
+    """A line if a tap's force is held at its largest value in either direction, else nothing."""
+    for one in (force, -force):
+        count, usual = held(one)
+        if count > usual:
+            at = force[np.argmax(one)] / body
+            what = "peak and impulse are" if name == "normal_force" else "its peak is"
+            return (
+                f"{name} is held at {at:.4g} N for {count} samples, of which rounding and a round "
+                f"top explain {usual}: the sensor or its amplifier saturated, so {what} at least "
+                "the curve's and not judged; measure again in a larger range, or state better "
+                f"numbers in {beside}: scalars and their uncertainty"
+            )
+    return ""
+
+
+def _quality(normal: Floats, line: ZeroLine, body: float, included: str) -> list[str]:
+    """Lines of an offset of the zero line, of scatter, and of a stray largest sample.
+
+    normal : of the tap. included : what ends each, for the error of the peak.
     """
     notes, peak, raised = [], float(normal.max()), excess(normal, line.scatter)
     if line.offset:
-        notes.append(
-            f"the zero line lies at {line.zero / body:.2g} N: subtract it; errors include it"
-        )
+        notes.append(f"the zero line lies at {line.zero / body:.2g} N: subtract it{included}")
     if raised > RAISED * peak:
         notes.append(
             f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
-            f"{raised / body:.2g} N: filter them; errors include it"
+            f"{raised / body:.2g} N: filter them{included}"
         )
     lone = lone_peak(normal, LONE * peak + raised) if normal.size > FEW + 2 else 0.0
     if lone:
         notes.append(
             f"the largest sample, {peak:.4g} N, stands {lone / body:.2g} N above both its "
-            "neighbours: if it is stray, take it out; errors include it"
+            f"neighbours: if it is stray, take it out{included}"
         )
     return notes
 

@@ -1,6 +1,7 @@
 """A table as CSV (full precision, for programs), Markdown and LaTeX (rounded, for people)."""
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,8 @@ from typing import Any
 import pandas as pd
 
 from validation.harness.files import write_text
+
+LATEX = re.compile(r"([_%#$&{}])")
 
 
 def rounded(value: Any) -> str:
@@ -40,7 +43,8 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, caption: str) -> N
         f"{caption}\n\n{people.to_markdown(index=False, disable_numparse=True)}\n",
     )
     people.columns = [heading(str(column)) for column in people.columns]
-    latex = people.to_latex(index=False, escape=True, caption=caption, label=f"tab:{name}")
+    escaped = LATEX.sub(r"\\\1", caption)  # pandas escapes cells alone
+    latex = people.to_latex(index=False, escape=True, caption=escaped, label=f"tab:{name}")
     write_text(folder / f"{name}.tex", latex)
 
 

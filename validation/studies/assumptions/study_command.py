@@ -44,6 +44,7 @@ from validation.studies.assumptions.study import (
     read_study,
     solved,
 )
+from validation.studies.assumptions.waterfall_command import short_name
 
 WANTED = {key: 5.0 if "stress" in key else 2.0 for key in KEYS}  # percent
 OUTER = 5.0  # percent: the wider limit on all four numbers of a scene
@@ -214,7 +215,8 @@ def _share(inside: NDArray[np.bool_]) -> float:
 def _draw(path: Path, table: pd.DataFrame, errors: Floats, variants: tuple[Variant, ...]) -> None:
     """Draw the waterfall of medians and 90th percentiles, and the refined model's errors below."""
     size, steps = np.abs(errors), len(cumulative())
-    names, titles = [_short(v.name) for v in variants], [entry.title for entry in TAP_AND_STRESS]
+    names = [short_name(variant.name) for variant in variants]
+    titles = [entry.title for entry in TAP_AND_STRESS]
     with panels(path, len(titles), 2, width=3.2, height=3.9) as axes:
         places = assumption_bars(axes[0], titles, names, np.nanmedian(size, axis=1), steps)
         for n, entry in enumerate(TAP_AND_STRESS):
@@ -228,12 +230,6 @@ def _draw(path: Path, table: pd.DataFrame, errors: Floats, variants: tuple[Varia
         axes[1][0].set_ylabel("refined model's error (%)")
         drawn = axes[1][-1].collections[-1]
         axes[1][-1].figure.colorbar(drawn, ax=axes[1][-1], label="friction")
-
-
-def _short(name: str) -> str:
-    """A variant's short name: its first assumption, and how many others need that."""
-    first, *others = name.split(" and ")
-    return first + f" and {len(others)} that need it" * bool(others)
 
 
 def _map(axis: Any, table: pd.DataFrame, errors: Floats, of: Quantity) -> None:

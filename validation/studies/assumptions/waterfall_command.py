@@ -1,27 +1,32 @@
 """``fingertap waterfall``: the effect of each assumption of the reduced model on a scene."""
 
-from collections.abc import Sequence
+import textwrap
+from collections.abc import Iterable, Sequence
 from pathlib import Path
+
+import numpy as np
 
 from hcm.assumptions import Assumptions
 from validation.compare.differences import Difference, difference
-from validation.compare.figures import assumption_bars
+from validation.compare.figures import AS_WRITTEN, assumption_bars
 from validation.errors import RunFailedError
 from validation.harness.command_line import Fresh, Overrides
 from validation.harness.console import output, progress_bar, say
-from validation.harness.figures import GREY, panels
-from validation.harness.files import exclusive_folder, safe_name
-from validation.harness.quantities import TAP_AND_STRESS, Quantity
+from validation.harness.figures import BLACK, ORANGE, panels
+from validation.harness.files import exclusive_folder, safe_name, write_text
+from validation.harness.quantities import TAP_AND_STRESS, finite
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
-from validation.harness.uncertainty import two_digits
-from validation.models.variants import Variant, all_variants, cumulative
+from validation.harness.uncertainty import two_digits, with_error
+from validation.models.variants import cumulative
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
 from validation.validate.plan import assumption_jobs
 
 REFERENCE = "fem3d"
+OWN = "the reference's own error"
+WIDE = 130  # characters of a line of the figure's title
 
 
 def waterfall(
@@ -32,73 +37,140 @@ def waterfall(
     out: Path = Path("out"),
     fresh: Fresh = False,
 ) -> None:
-    """Solve a scene by the reference and by the reduced model, assumption by assumption."""
+    """Solve a scene by the reference and by the reduced model, assumption by assumption.
+
+    Parameters
+    ----------
+    out
+        Folder for waterfall/SCENE/: waterfall.csv, waterfall.md, waterfall.tex, waterfall.png,
+        and each run.
+    """
     named = load_scene(scene, overrides)
     store = Store(out / "store", fresh)
-    variants, jobs = all_variants(), assumption_jobs(scene, overrides)
     with exclusive_folder(out / "waterfall" / safe_name(named.name)) as folder:
+        for old in folder.glob("waterfall.*"):  # an earlier call's, perhaps with other overrides
+            old.unlink(missing_ok=True)
         with progress_bar(f"waterfall {named.name}") as progress:
             progress(0.0, REFERENCE)
             job = Job(scene, REFERENCE, tuple(overrides))
             (reference,) = in_fresh_process([job], folder / "runs", store)
+            if not reference.ok:
+                raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")
             progress(0.7, "hcm")
-            runs = in_fresh_process(jobs, folder / "runs", store)
-        if not reference.ok:
-            raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")
+            runs = in_fresh_process(assumption_jobs(scene, overrides), folder / "runs", store)
         rows = [
             [
-                difference(named.name, v.name, q, run if run.ok else None, reference)
-                for q in TAP_AND_STRESS
+                difference(named.name, run.variant, of, run if run.ok else None, reference)
+                for of in TAP_AND_STRESS
             ]
-            for v, run in zip(variants, runs, strict=True)
+            for run in runs
         ]
-        _write(folder, named.name, variants, rows, reference)
+        stated = ", ".join(sorted(named.tables.solver.hcm.stated(Assumptions)))
+        ignored = [f"solver.hcm: {stated} ignored: this command sets each switch in turn"]
+        ignored *= bool(stated)
+        title = f"{named.name}{' with ' * bool(overrides)}{', '.join(overrides)}: the reduced model"
+        title += f" against {reference.label}, assumption by assumption"
+        completed = [run for run in (reference, *runs) if run.ok]
+        _write(folder, title, [*_said(completed), *ignored], rows, runs)
     output("".join(f"{of.title:>18}" for of in TAP_AND_STRESS))
-    for variant, found in zip(variants, rows, strict=True):
-        output("".join(f"{_percent(one):>18}" for one in found) + f"  {variant.name}")
-    known = [_uncertainty(of, reference) for of in TAP_AND_STRESS]
-    uncertainties = "".join(f"{'-' if u is None else '+-' + two_digits(u):>18}" for u in known)
-    output(f"{uncertainties}  the reference is known to")
+    for found, run in zip(rows, runs, strict=True):
+        output("".join(f"{_percent(one):>18}" for one in found) + f"  {run.variant}")
+    output("".join(f"{_known(one):>18}" for one in rows[0]) + f"  {OWN}")
     output(f"errors in %; files in {folder}")
+    for text in (*_said((reference, *runs)), *ignored):
+        say(f"caution: {named.name}, {text}")
+    if failed := [run.variant for run in runs if not run.ok]:
+        raise RunFailedError(
+            f"scene {named.name}: {len(failed)} of {len(runs)} reduced runs failed:"
+            f" {', '.join(failed)}"
+        )
+
+
+def _said(runs: Iterable[RunRecord]) -> list[str]:
+    """What runs say of themselves, each text once."""
     said: dict[str, list[str]] = {}
-    for run in (reference, *runs):
+    for run in runs:
         if run.doubt:
             said.setdefault(run.doubt, []).append(run.label)
-    for doubt, (first, *more) in said.items():
-        others = f" and {len(more)} more" * bool(more)
-        say(f"caution: {named.name}, {first}{others}: {doubt}")
-    if own := sorted(named.tables.solver.hcm.stated(Assumptions)):
-        say(f"caution: solver.hcm: {', '.join(own)} ignored: this command sets each switch in turn")
+    return [
+        f"{first}{f' and {len(more)} more' * bool(more)}: {doubt}"
+        for doubt, (first, *more) in said.items()
+    ]
+
+
+def short_name(name: str) -> str:
+    """A variant's name in a figure: its first assumption, and how many others need that."""
+    first, *others = name.split(" and ")
+    return first + f" and {len(others)} that need it" * bool(others)
+
+
+def _own_error(one: Difference) -> float | None:
+    """The reference's own error, percent; None: not known."""
+    if one.reference_error is None or not one.reference:
+        return None
+    return finite(100.0 * one.reference_error / abs(one.reference))
+
+
+def _known(one: Difference) -> str:
+    error = _own_error(one)
+    return "+-?" if error is None else f"+-{two_digits(error)}"
 
 
 def _percent(one: Difference) -> str:
-    return "-" if one.error_percent is None else f"{round(one.error_percent, 1) + 0.0:+.1f}"
-
-
-def _uncertainty(of: Quantity, reference: RunRecord) -> float | None:
-    """The reference's own error, percent."""
-    error, value = of.error(reference), of.read(reference)
-    return None if error is None or not value else 100 * error / abs(value)
+    """A difference with the digits that the reference's own error leaves, two if it is unknown."""
+    if one.error_percent is None:
+        return "-"
+    number, _, _ = with_error(one.error_percent, _own_error(one), 2).partition(" ")
+    return number if number.startswith("-") else f"+{number}"
 
 
 def _write(
-    folder: Path, scene: str, variants: Sequence[Variant], rows: list[list[Difference]],
-    reference: RunRecord,
+    folder: Path, title: str, cautions: Sequence[str], rows: Sequence[Sequence[Difference]],
+    runs: Sequence[RunRecord],
 ) -> None:  # fmt: skip
-    """Write ``waterfall.csv``, ``.md``, ``.tex`` and ``waterfall.png``."""
-    lines = [
-        {"assumptions": variant.name}
-        | {f"{one.quantity.key}_error_percent": one.error_percent for one in found}
-        for variant, found in zip(variants, rows, strict=True)
-    ]
-    caption = f"{scene}: the reduced model against {reference.label}, assumption by assumption"
-    write_table(folder, "waterfall", table_of(lines), caption)
-    with panels(folder / "waterfall.png", len(TAP_AND_STRESS), width=2.8, height=4.4) as axes:
-        errors = [[one.error_percent or 0.0 for one in found] for found in rows]
-        titles, names = [of.title for of in TAP_AND_STRESS], [variant.name for variant in variants]
-        assumption_bars(axes[0], titles, names, errors, len(cumulative()))
-        for axis, of in zip(axes[0], TAP_AND_STRESS, strict=True):
-            if (u := _uncertainty(of, reference)) is not None:
-                axis.axvspan(-u, u, color=GREY, alpha=0.3, linewidth=0)
-            axis.axvline(0, color="black", linewidth=0.6)
+    """Write ``waterfall.md``, ``.tex``, ``.csv`` and ``waterfall.png``."""
+    shown: list[dict[str, str | None]] = []
+    full: list[dict[str, float | str | None]] = []
+    for found, run in zip(rows, runs, strict=True):
+        texts = {f"{one.quantity.title} (%)": _percent(one) for one in found}
+        errors = {f"{one.quantity.key}_error_percent": one.error_percent for one in found}
+        own = {f"{one.quantity.key}_reference_error_percent": _own_error(one) for one in found}
+        shown.append(
+            {"assumptions": run.variant, **texts, "failed": None if run.ok else run.status}
+        )
+        full.append(
+            {"assumptions": run.variant, **errors, **own, "failed": None if run.ok else run.doubt}
+        )
+    known = {f"{one.quantity.title} (%)": _known(one) for one in rows[0]}
+    shown.append({"assumptions": OWN, **known})
+    caption = ". ".join((title, *(f"Caution: {text}" for text in cautions)))
+    write_table(folder, "waterfall", table_of(shown), caption)
+    # for programs: all digits
+    write_text(folder / "waterfall.csv", table_of(full).to_csv(index=False, float_format="%.10g"))
+    _draw(folder / "waterfall.png", title, rows, runs)
+
+
+def _draw(
+    path: Path, title: str, rows: Sequence[Sequence[Difference]], runs: Sequence[RunRecord]
+) -> None:
+    """Draw each variant's errors, a word where there is none, and the reference's own as a band."""
+    errors = np.array([[one.error_percent for one in found] for found in rows], float)
+    titles, names = [of.title for of in TAP_AND_STRESS], [short_name(run.variant) for run in runs]
+    with panels(path, len(titles), width=2.8, height=4.8, style=AS_WRITTEN) as axes:
+        places = assumption_bars(axes[0], titles, names, errors, len(cumulative()))
+        bands = []
+        for axis, column in zip(axes[0], zip(*rows, strict=True), strict=True):
+            for place, one, run in zip(places, column, runs, strict=True):
+                if one.error_percent is None:
+                    axis.annotate(
+                        "no number" if run.ok else "failed", (0, place), (3, 0), color=ORANGE,
+                        textcoords="offset points", va="center", fontsize=7,
+                    )  # fmt: skip
+            if (u := _own_error(column[0])) is not None:
+                bands.append(axis.axvspan(-u, u, color=ORANGE, alpha=0.2, linewidth=0, zorder=0))
+            axis.axvline(0, color=BLACK, linewidth=0.6)
+            axis.set_ylim(places[-1] - 0.6, 0.6)
             axis.set_xlabel("error (%)")
+        figure = axes[0][0].figure
+        figure.suptitle(textwrap.fill(title, WIDE), fontsize=10, x=0.01, ha="left")
+        figure.legend(bands[:1], [OWN][: len(bands)], loc="outside lower center")

@@ -1,7 +1,7 @@
 """The study of the reduced model's assumptions: its scenes, its stored dataset, its rules."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -57,52 +57,96 @@ def test_the_studys_figure_shows_medians_and_the_refined_models_errors(tmp_path:
         assert below.get_xlabel() == "predicted a/R" + "\n(1 beyond the edge)" * (n == 0)
 
 
+def _unless(
+    failed: str | None, make: Make, says: Mapping[str | None, str]
+) -> Callable[..., list[RunRecord]]:
+    """The waterfall's runs, of which the one of the variant `failed` does not complete."""
+
+    def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
+        return [
+            make(
+                *(job.scene, job.model, job.variant or ""),
+                message=says.get(job.variant, ""),
+                status="UNBALANCED" if job.variant == failed else "COMPLETED",
+                ok=job.variant != failed,
+            )
+            for job in jobs
+        ]
+
+    return run
+
+
 def test_the_waterfall_says_what_its_runs_say_of_themselves(
     make_record: Make, tmp_path: Path, monkeypatch: Patch, fingertap: Run
 ) -> None:
-    def run(jobs: Sequence[Job], folder: Path, store: Store) -> list[RunRecord]:
-        says = {None: "it is wet", "+ hertz": "it is wet", "+ shear": "it is dry"}
-        records = []
-        for job in jobs:
-            status = "UNBALANCED" if job.variant == "+ shear" else "COMPLETED"
-            records.append(
-                make_record(
-                    *(job.scene, job.model, job.variant or ""),
-                    message=says.get(job.variant, ""),
-                    status=status,
-                    ok=status == "COMPLETED",
-                )
-            )
-        return records
-
+    says = {None: "it is wet", "+ hertz": "it is wet", "+ shear": "it is dry"}
+    run = _unless("+ shear", make_record, says)
     monkeypatch.setattr(waterfall_command, "in_fresh_process", run)
-    ended = fingertap("waterfall", "soft", "--out", tmp_path)
-    assert ended.code == 0
+    given = ("--set", "material.youngs_modulus=5e8", "--set", "solver.hcm.hertz=true")
+    ended = fingertap("waterfall", "soft", *given, "--out", tmp_path)
+    assert ended.code == 1
+    ignored = "solver.hcm: hertz ignored: this command sets each switch in turn"
     assert ended.err.splitlines() == [
         "fingertap: caution: soft, fem3d and 1 more: it is wet",
         "fingertap: caution: soft, hcm + shear: UNBALANCED: it is dry",
+        f"fingertap: caution: soft, {ignored}",
+        "fingertap: error: scene soft: 1 of 21 reduced runs failed: + shear",
     ]
+    folder = tmp_path / "waterfall" / "soft"
+    caption, *table = (folder / "waterfall.md").read_text(encoding="utf-8").splitlines()
+    assert caption == (
+        "soft with material.youngs_modulus=5e8, solver.hcm.hertz=true: the reduced model against"
+        " fem3d, assumption by assumption. Caution: fem3d and 1 more: it is wet."
+        f" Caution: {ignored}"
+    )
+    latex = (folder / "waterfall.tex").read_text(encoding="utf-8")
+    assert caption.replace("_", "\\_") in latex
+    (row,) = (" ".join(line.split()) for line in table if "+ shear" in line)
+    assert row == "| + shear | - | - | - | - | UNBALANCED |"
+    failed = pd.read_csv(folder / "waterfall.csv", index_col=0)["failed"].dropna()
+    assert failed.to_dict() == {"+ shear": "UNBALANCED: it is dry"}
+
+
+def test_a_waterfall_without_a_reference_leaves_no_older_tables(
+    make_record: Make, tmp_path: Path, monkeypatch: Patch, fingertap: Run
+) -> None:
+    for failed, files in (("none of them", 5), (None, 0)):
+        run = _unless(failed, make_record, {})
+        monkeypatch.setattr(waterfall_command, "in_fresh_process", run)
+        assert fingertap("waterfall", "soft", "--out", tmp_path).code == (files == 0)
+        assert len(list(tmp_path.glob("waterfall/soft/waterfall.*"))) == files
 
 
 @pytest.mark.usefixtures("figures_kept")
 def test_the_waterfall_shows_each_assumptions_error(make_record: Make, tmp_path: Path) -> None:
     reference = replace(make_record(peak=80.0), errors={"peak_normal_force_N": 1.6})
+    runs = [make_record("soft", "hcm", v.name, 60.0 + n) for n, v in enumerate(all_variants())]
+    runs[-1] = replace(runs[-1], ok=False)
     rows = [
-        [
-            difference("soft", v.name, q, make_record(peak=60.0 + n), reference)
-            for q in TAP_AND_STRESS
-        ]
-        for n, v in enumerate(all_variants())
+        [difference("soft", "", of, run if run.ok else None, reference) for of in TAP_AND_STRESS]
+        for run in runs
     ]
-    rows[-1][0] = difference("soft", all_variants()[-1].name, TAP_AND_STRESS[0], None, reference)
-    waterfall_command._write(tmp_path, "soft", all_variants(), rows, reference)
-    first = plt.gcf().axes[0]
+    waterfall_command._write(tmp_path, "soft: a title", [], rows, runs)
+    figure = plt.gcf()
+    first = figure.axes[0]
     *bars, known_to = first.patches
-    wanted = 100.0 * ((60.0 + np.arange(len(rows))) / 80.0 - 1.0)
-    np.testing.assert_allclose([bar.get_width() for bar in bars], [*wanted[:-1], 0.0])
+    wanted = [*(100.0 * ((60.0 + np.arange(len(rows) - 1)) / 80.0 - 1.0)), np.nan]
+    np.testing.assert_allclose([bar.get_width() for bar in bars], wanted)
     assert (known_to.get_x(), known_to.get_width()) == pytest.approx((-2.0, 4.0))
-    table = pd.read_csv(tmp_path / "waterfall.csv")["peak_normal_force_N_error_percent"]
-    np.testing.assert_allclose(table, [*wanted[:-1], np.nan])
+    assert [(text.get_text(), text.xy) for text in first.texts] == [("failed", (0, -len(runs)))]
+    assert first.get_ylim() == pytest.approx((-len(runs) - 0.6, 0.6))
+    assert "without hertz and 5 that need it" in [t.get_text() for t in first.get_yticklabels()]
+    assert figure.get_suptitle() == "soft: a title"
+    assert [t.get_text() for t in figure.legends[0].get_texts()] == ["the reference's own error"]
+    figure.draw_without_rendering()
+    assert all(a.title.get_window_extent().x1 < figure.bbox.x1 for a in figure.axes)
+    assert first.bbox.x0 < 0.3 * figure.bbox.x1
+    table = pd.read_csv(tmp_path / "waterfall.csv")
+    np.testing.assert_allclose(table["peak_normal_force_N_error_percent"], wanted)
+    np.testing.assert_allclose(table["peak_normal_force_N_reference_error_percent"], 2.0)
+    lines = (tmp_path / "waterfall.md").read_text(encoding="utf-8").splitlines()
+    cells = [line.split("|")[2].strip() for line in lines[4:]]
+    assert [*cells[:3], *cells[-2:]] == ["-25", "-24", "-22", "-", "+-2"]
 
 
 @pytest.mark.parametrize("point", FIRST, ids=lambda p: f"{p['finger.phalanges']} phalanges")

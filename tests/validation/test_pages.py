@@ -85,10 +85,11 @@ def stress_page(folder: Path, request: pytest.FixtureRequest) -> Path:
 
 def bench_page(folder: Path, request: pytest.FixtureRequest) -> Path:
     many = [{"setting": f"step {n}", "time_s": 0.1 * n, "error": 1e-3 / n} for n in range(1, 20)]
-    bench.save(folder, "work-precision", many, "Every setting", show=False)
-    bench.save(folder, "skips", many[:3], "Shortcuts", show=False)
-    bench.save_machine(folder, "machine", {"quick": True})
-    figure(folder / "skips.png")
+    with bench.measured_part(folder, True, "work-precision"):
+        bench.save(folder, "work-precision", many, "Every setting", show=False)
+    with bench.measured_part(folder, True, "skips"):
+        bench.save(folder, "skips", many[:3], "Shortcuts", show=False)
+        figure(folder / "skips.png")
     return bench.page(folder)
 
 

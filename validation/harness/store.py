@@ -216,8 +216,8 @@ def _verify(entry: Path) -> None:
     try:
         manifest = json.loads((entry / MANIFEST).read_text(encoding="utf-8"))
         named, listed = key(manifest["inputs"]), dict(manifest["files"])
-    except (ValueError, KeyError, TypeError) as error:
-        raise DamagedError(f"{MANIFEST} is truncated or altered") from error
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise DamagedError(f"{MANIFEST} is missing, truncated or altered") from error
     if named != entry.name:
         raise DamagedError(f"{MANIFEST} was altered")
     for name in sorted({*files, *listed}):

@@ -5,7 +5,8 @@ A `Solver` says how a solver makes a run of a setting, and how a run's result is
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
+from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
@@ -76,7 +77,10 @@ class Solver:
 
 @dataclass(frozen=True)
 class Point:
-    """One setting of one solver, measured. A run that failed has a status but no errors."""
+    """One setting of one solver, measured. A run that failed has a status but no errors.
+
+    measured : when. read_back : whether an earlier benchmark measured it.
+    """
 
     study: str
     solver: str
@@ -87,11 +91,18 @@ class Point:
     runs: int
     steps: int | None = None
     errors: TapErrors | None = None
+    measured: str = ""
+    read_back: bool = False
 
     @property
     def ok(self) -> bool:
         """Whether there is a time and an error to draw."""
         return self.errors is not None and math.isfinite(self.wall_time_s)
+
+
+def now() -> str:
+    """Date and time, UTC."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:
@@ -135,7 +146,7 @@ def point_against(
     return Point(
         study or setting.study, setting.solver, setting.series, setting.name + solution.detail,
         solution.status, timed.wall_time_s, timed.runs, solution.steps,
-        None if solution.tap is None else tap_errors(solution.tap, truth),
+        None if solution.tap is None else tap_errors(solution.tap, truth), now(),
     )  # fmt: skip
 
 
@@ -144,7 +155,8 @@ def measure_settings(
 ) -> list[Point]:
     """Measure every setting in turn against its study's truth.
 
-    A point is stored under its setting, its truth, and the program and machine that measured it.
+    A point is stored under its setting, its truth, how long it is repeated, and the program and
+    machine that measured it.
     """
     warm: set[str] = set()
 
@@ -154,20 +166,24 @@ def measure_settings(
         timed = measure_setting(setting, solver, budget_s, solver.warm_up_each or first)
         return point_against(TRUTHS[setting.study].values, setting, timed)
 
-    points, read_back = [], 0
+    points = list[Point]()
     for number, setting in enumerate(settings):
         progress(number / len(settings), f"{setting.solver}, {setting.series}, {setting.name}")
         model = adapter(setting.solver)
         inputs = {
             "point": asdict(setting),
             "truth": asdict(TRUTHS[setting.study].values),
+            "budget_s": budget_s,
             "program": program(
                 *model.sources, solver.prepare.__module__, without=model.independent_of
             ),
         }
-        read_back += store.has(inputs)
-        points.append(store.obtain(inputs, Point, partial(measured, setting)))
-    if read_back:
+        found = store.find(inputs, Point)
+        points.append(
+            replace(found, read_back=True) if found
+            else store.obtain(inputs, Point, partial(measured, setting))
+        )  # fmt: skip
+    if read_back := sum(point.read_back for point in points):
         say(f"{read_back} settings were measured by an earlier benchmark")
     return points
 
@@ -190,6 +206,7 @@ def table(points: Sequence[Point]) -> list[dict[str, Any]]:
         {
             **{key: value for key, value in vars(point).items() if key != "errors"},
             **{title: getattr(point.errors, name, None) for name, title in names.items()},
+            "read_back": point.read_back or None,
         }
         for point in points
     ]

@@ -8,6 +8,7 @@ from validation.harness import identity
 from validation.harness.command_line import Flag, Fresh
 from validation.harness.console import output, progress_bar
 from validation.harness.files import exclusive_folder
+from validation.harness.page import bar
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence import (
@@ -74,8 +75,10 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
     for one in shown:
         output(f"{one.piece.level}: {one.piece.title} {one.why}")
         for row in one.rows:
-            numbers = f"{row.outside:>13.6g}{row.ours:>13.6g} {row.unit:<4}"
-            output(f"  {row.quantity:<54}{row.model:<6}{numbers}{difference_text(row)}")
+            numbers = bar(row.outside, row.outside_error), bar(row.ours, row.ours_error)
+            wide = "".join(f" {number:>22}" for number in numbers)
+            said = difference_text(row) + (f"; {row.remark}" if row.ours is None else "")
+            output(f"  {row.quantity:<54} {row.model:<5}{wide} {row.unit:<5} {said}")
     output(f"files in {folder}")
 
 

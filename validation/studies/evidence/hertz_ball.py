@@ -29,10 +29,10 @@ STEPS = 5e-4  # relative error of hcm's numbers: two of its 4,000 steps
 
 
 def _loads(bounce: Bounce) -> Floats:
-    """Force at each published approach during loading, N."""
+    """Force at each published approach during loading, N; NaN where the ball turns before it."""
     upto = slice(int(np.argmax(bounce.approach)) + 1)
     places = [1e-6 * micro / RADIUS for micro, _ in LOADING]
-    force = np.interp(places, bounce.approach[upto], bounce.force[upto])
+    force = np.interp(places, bounce.approach[upto], bounce.force[upto], right=np.nan)
     return np.asarray(force * YOUNG * RADIUS**2)
 
 
@@ -49,13 +49,14 @@ def rows(model: str, loading: bool, progress: Progress, _: Store) -> Iterator[Ev
 
     The error of the stiffness due to edges h under a patch of radius a goes as h/a, so as one over
     the root of the approach, and enters the largest values with the power 2/5: in both cases two
-    meshes are compared over all numbers, since they may agree by chance at a single one.
+    meshes are compared over all numbers, since they may agree by chance at a single one. At an
+    approach that a ball does not reach there is no number of ours.
     """
     progress(0.0, f"Hertz's ball, {model}")
     both = bounces(model, SPEED / WAVE, 0.0, POISSON, SNAPSHOTS)
     fine, coarse = map(_loads if loading else _largest, both)
     patch = np.sqrt([micro for micro, _ in LOADING]) if loading else np.ones(len(LARGEST))
-    apart = float(np.sqrt(np.mean(((fine - coarse) / fine * patch) ** 2))) / (COARSER - 1.0)
+    apart = float(np.sqrt(np.nanmean(((fine - coarse) / fine * patch) ** 2))) / (COARSER - 1.0)
     error = fine * (STEPS if model == "hcm" else apart / patch)
     loads = (
         (f"force at an approach of {micro:g} um", "N", stated, READING,
@@ -63,5 +64,7 @@ def rows(model: str, loading: bool, progress: Progress, _: Store) -> Iterator[Ev
         for micro, stated in LOADING
     )  # fmt: skip
     given = zip(loads if loading else LARGEST, fine.tolist(), error.tolist(), strict=True)
+    turns = f"; not reached: ours turns at {1e6 * RADIUS * both[0].approach.max():.4g} um"
     for (name, unit, stated, read, remark), ours, known in given:
-        yield EvidenceRow(name, unit, model, stated, read, ours, known, remark)
+        own = (None, None, remark + turns) if math.isnan(ours) else (ours, known, remark)
+        yield EvidenceRow(name, unit, model, stated, read, *own)

@@ -52,12 +52,16 @@ def word(row: EvidenceRow) -> str:
 
 
 def difference_text(row: EvidenceRow) -> str:
-    """E +- u, percent, and the verdict."""
+    """E +- u, percent, and the verdict; with more digits where the rounded ones contradict it."""
     if row.verdict is None or row.verdict.uncertainty is None:
         return word(row)
-    u = row.verdict.uncertainty
-    e = signed(row.verdict.difference, min(6, max(1, 1 - math.floor(math.log10(u or 1.0)))))
-    return f"{e[:-2]} \N{PLUS-MINUS SIGN} {two_digits(u)} %: {word(row)}"
+    e, u = row.verdict.difference, row.verdict.uncertainty
+    places, known = min(6, max(1, 1 - math.floor(math.log10(u or 1.0)))), two_digits(u)
+    while places < 6 and (round(abs(e), places) > float(known)) != (abs(e) > u):
+        places += 1
+        known = f"{u:.{places}f}"
+    shown = signed(round(e, places) + 0.0, places)[:-2]  # no -0.0
+    return f"{shown} \N{PLUS-MINUS SIGN} {known} %: {word(row)}"
 
 
 def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:

@@ -22,15 +22,18 @@ WIDEST = 10.0  # percent: errors beyond which agreement says nothing
 
 @dataclass(frozen=True)
 class EvidenceRow:
-    """One number by others and by our model, in `unit`, each with its error."""
+    """One number by others and by our model, in `unit`, each with its error.
+
+    ours, ours_error : None where our model does not get there; `remark` says why.
+    """
 
     quantity: str
     unit: str
     model: str
     outside: float
     outside_error: float
-    ours: float
-    ours_error: float
+    ours: float | None
+    ours_error: float | None
     remark: str = ""
 
     @property

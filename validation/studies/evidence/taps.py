@@ -230,10 +230,14 @@ def rows(tap: SpringTap, progress: Progress, store: Store) -> Iterator[EvidenceR
     apart = (np.interp(time, own.time_s, own.normal_force_N) - force)[force > 0.0]
     rms = 100.0 * float(np.sqrt(np.mean(apart**2)) / force.max())
     numbers, own_numbers, share = numbers_of(theirs), numbers_of(own), shares(tap, store)
+    stopped = (
+        f"; CalculiX was stopped at {1e6 * time[-1]:.3g} us, still in contact at {force[-1]:.4g} N:"
+        " it has no impulse and no duration"
+    ) * bool(force[-1])
     by = (
         f"{force.max():.4g} and {max(own.normal_force_N):.4g} N; RMS of the curve {rms:.2g} %;"
         f" {theirs.program} on {theirs.date}, {theirs.machine}, {theirs.wall_time_s / 60:.0f} min,"
-        f" steps of {1e6 * theirs.step_s:g} us"
+        f" steps of {1e6 * theirs.step_s:g} us{stopped}"
     )
     for of in quantities(*numbers):
         outside, ours = (of.factor * by_key[of.key] for by_key in (numbers, own_numbers))

@@ -1,5 +1,8 @@
 """The benchmark: its arithmetic against closed forms, its truths against each other, its rows."""
 
+import json
+import re
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -10,11 +13,13 @@ import pytest
 import hcm
 from tests.validation.commands import Capture, Patch
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
+from validation.harness.provenance import provenance
 from validation.harness.store import Store
 from validation.harness.timing import shortest
 from validation.peers.bar import SIZE_M, box
 from validation.scenes.load import load_scene
 from validation.studies.bench import (
+    command,
     figures,
     files,
     hcm_settings,
@@ -23,6 +28,7 @@ from validation.studies.bench import (
     reference_settings,
     truths,
     truths_anew,
+    work_precision,
 )
 from validation.studies.bench.kernels import FALL_M_PER_S, falling_block
 from validation.studies.bench.shortcuts import Entry
@@ -40,6 +46,7 @@ from validation.studies.bench.work_precision import (
 )
 
 EXACT = TapQuantities(0.1, 1e-4, 2e-4, 64.0, 0.01)
+LATER = "2100-01-01T00:00:00+00:00"
 
 
 def _hcm_point(setting: Setting, solver: Solver = hcm_settings.HCM_SOLVER) -> Point:
@@ -235,7 +242,9 @@ def test_step_beyond_stability_is_a_failed_point_and_a_finer_tip_a_better_one() 
     assert fine.largest < 0.02  # measured 1.1e-2; the truth's own error is 2e-3
 
 
-def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path, capsys: Capture) -> None:
+def test_stopped_benchmark_is_taken_up_where_it_was(
+    tmp_path: Path, capsys: Capture, monkeypatch: Patch
+) -> None:
     settings = [hcm_settings.hcm_setting("tap", "tolerances", n) for n in (2, 3)]
     good, bad = Solution("COMPLETED", EXACT, 10), Solution("UNSTABLE", None)
 
@@ -247,23 +256,72 @@ def test_stopped_benchmark_is_taken_up_where_it_was(tmp_path: Path, capsys: Capt
 
     first = measured(good, bad, resume=False)
     assert [point.ok for point in first] == [True, False]
-    assert measured(bad, good, resume=True) == first
+    monkeypatch.setattr(work_precision, "now", lambda: LATER)
+    again = measured(bad, good, resume=True)
+    assert again == [replace(point, read_back=True) for point in first]
+    assert LATER not in [row["measured"] for row in table(again)]
     assert "2 settings were measured" in capsys.readouterr().err
+    with files.measured_part(tmp_path, True, "skips") as points:
+        points += again
+        files.save(tmp_path, "skips", table(points), "", show=False)
+    html = files.page(tmp_path).read_text(encoding="utf-8")
+    assert f"skips: measured {first[0].measured}" in html
+    assert "settings read back from an earlier benchmark: 2 of 2" in html
+    assert LATER not in html
     assert [point.ok for point in measured(bad, good, resume=False)] == [False, True]
 
 
 def test_page_shows_what_is_there_and_nothing_from_elsewhere(tmp_path: Path) -> None:
     changes = TapErrors(1e-3, 2e-3, 3e-3, 0.0)
     entries = [Entry("rigid flight", "fem2d", "flight = explicit", 1.0, 90.0, changes, "")]
-    files.save_machine(tmp_path, "machine-skips", {"quick": True})
-    files.save(tmp_path, "skips", ledger_table(entries), "ledger")
-    figures.shortcuts(tmp_path / "skips.png", entries)
+    with files.measured_part(tmp_path, True, "skips"):
+        files.save(tmp_path, "skips", ledger_table(entries), "ledger")
+        figures.shortcuts(tmp_path / "skips.png", entries)
     html = files.page(tmp_path).read_text(encoding="utf-8")
     assert "The skip ledger" in html
     assert "rigid flight" in html
     assert "Peers" not in html
     assert "data:image/svg+xml;base64," in html
     assert "http" not in html.replace("http://www.w3.org", "")
+
+
+def _stop() -> None:
+    raise KeyboardInterrupt
+
+
+def test_each_part_of_the_page_keeps_the_date_and_the_settings_of_its_measurement(
+    tmp_path: Path, monkeypatch: Patch
+) -> None:
+    """A bench that was stopped at once dated the whole page anew, without "quick"."""
+    entry = Entry("rigid flight", "fem2d", "flight = explicit", 1.0, 90.0, None, "")
+    with files.measured_part(tmp_path, True, "scaling"):
+        files.save(tmp_path, "scaling", [{"size": 1}], "", show=False)
+    with files.measured_part(tmp_path, False, "skips"):
+        files.save(tmp_path, "skips", ledger_table([entry, entry]), "", show=False)
+        figures.shortcuts(tmp_path / "skips.png", [entry, entry])
+    first = json.loads((tmp_path / "machine-scaling.json").read_text(encoding="utf-8"))["created"]
+    old = provenance({})
+    monkeypatch.setattr(files, "provenance", lambda document: {**old, "created": LATER})
+    with suppress(KeyboardInterrupt), files.measured_part(tmp_path, False, "kernels"):
+        _stop()
+    with suppress(KeyboardInterrupt), files.measured_part(tmp_path, False, "skips"):
+        files.save(tmp_path, "skips", ledger_table([entry]), "", show=False)
+        _stop()
+    html = files.page(tmp_path).read_text(encoding="utf-8")
+    assert re.search(f"scaling: measured {re.escape(first)}[^;]*, quick\\.", html)
+    assert f"skips: measured {LATER}; it was stopped, and this is what it had." in html
+    assert "kernels: " not in html
+    assert not (tmp_path / "skips.png").exists()  # of the ledger before
+
+
+def test_only_settings_that_were_not_meant_to_fail_are_told(
+    tmp_path: Path, capsys: Capture
+) -> None:
+    meant = replace(_solid(1.0, None), setting=f"{reference_settings.FAILS}, 9 elements")
+    command._report(tmp_path, True, [], [_solid(1.0, 0.1), meant])
+    assert "failed" not in capsys.readouterr().err
+    command._report(tmp_path, True, [], [_solid(1.0, None), meant])
+    assert "1 settings failed" in capsys.readouterr().err
 
 
 def test_random_scenes_are_shared_out_and_all_of_them_end(monkeypatch: Patch) -> None:

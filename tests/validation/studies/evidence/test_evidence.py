@@ -93,6 +93,15 @@ def test_a_mesh_error_of_first_order_is_found(monkeypatch: Patch) -> None:
         assert row.ours_error / row.ours == pytest.approx(1e-4 / place**0.5, rel=0.02)
 
 
+def test_an_approach_that_our_ball_does_not_reach_has_no_number(monkeypatch: Patch) -> None:
+    """The last published one was given our largest force, and said to agree."""
+    monkeypatch.setattr(hertz_ball, "LOADING", ((40.98, 8360.0), (49.99, 11326.0)))
+    reached, beyond = hertz_ball.rows("hcm", True, quiet, Store(None))
+    assert reached.ours == pytest.approx(8509, rel=1e-3)
+    assert (beyond.ours, word(beyond)) == (None, "cannot tell")
+    assert beyond.remark.endswith("; not reached: ours turns at 49.72 um")
+
+
 def test_hcms_ball_is_hertzs() -> None:
     bounce, (depth, duration) = by_reduced_model(1e-3, 0.0, 0.3), hertz(1e-3, 0.3)
     assert bounce.approach.max() == pytest.approx(depth, rel=1e-6)
@@ -161,6 +170,11 @@ def test_a_verdict_in_words() -> None:
     assert difference_text(replace(ROW, outside_error=math.inf)) == "cannot tell"
     assert difference_text(replace(ROW, outside_error=0.4)) == "+5.0 ± 20 %: cannot tell"
     assert difference_text(replace(ROW, outside_error=4.0)) == "+5.0 ± 200 %: cannot tell"
+    same = replace(ROW, ours=1.99999)
+    assert difference_text(same) == "+0.0 ± 2.5 %: agrees"
+    # 1.04 % is more than 1.00 %, and both are 1.0
+    near = replace(ROW, outside_error=0.02, ours=2.0208, ours_error=0.0)
+    assert difference_text(near) == "+1.04 ± 1.00 %: differs"
 
 
 def test_rows_are_kept_and_read_back(tmp_path: Path) -> None:
@@ -201,7 +215,8 @@ def test_the_command_leaves_a_page_and_a_table(
     tmp_path: Path, monkeypatch: Patch, fingertap: Run
 ) -> None:
     def solve(progress: Progress, store: Store) -> list[EvidenceRow]:
-        return [ROW, replace(ROW, ours=2.0)]
+        absent = replace(ROW, ours=None, ours_error=None)
+        return [ROW, replace(ROW, ours=2.0, unit="mN s"), absent]
 
     pieces = piece(solve), piece(solve, name="other", slow=True)
     monkeypatch.setattr(command, "PIECES", pieces)
@@ -209,6 +224,10 @@ def test_the_command_leaves_a_page_and_a_table(
         monkeypatch.setattr(report, name, lambda path, *given: figure(path))
     ended = fingertap("evidence", "--quick", "--out", tmp_path)
     assert ended.code == 0
+    told = [" ".join(line.split()) for line in ended.out.splitlines()]
+    assert "a number hcm 2.00 ± 0.03 2.10 ± 0.04 m +5.0 ± 2.5 %: differs" in told
+    assert "a number hcm 2.00 ± 0.03 2.00 ± 0.04 mN s +0.0 ± 2.5 %: agrees" in told
+    assert "a number hcm 2.00 ± 0.03 – m cannot tell; as told" in told
     page = (tmp_path / "evidence" / "index.html").read_text(encoding="utf-8")
     assert "<b>1 agree</b>" in page
     assert "<b>1 differ</b>" in page
@@ -216,7 +235,7 @@ def test_the_command_leaves_a_page_and_a_table(
     assert "+5.0 ± 2.5 %: differs" in page
     assert "http" not in page.replace("http://www.w3.org", "")
     table = (tmp_path / "evidence" / "evidence.csv").read_text(encoding="utf-8").splitlines()
-    assert len(table) == 3
+    assert len(table) == 4
     assert table[1].startswith("tap,own,a number,m,hcm,2,0.03,2.1,0.04,5,2.5,differs,as told")
 
 
@@ -257,11 +276,13 @@ def test_a_tap_that_was_stopped_has_its_peak_and_its_field(monkeypatch: Patch) -
     assert (peak.outside, peak.ours, peak.ours_error) == (10.0, 11.0, 1.1)
     assert field.ours_error == pytest.approx(0.1 * field.ours)
     assert "differ by 19 % of it" in field.remark
+    assert "CalculiX was stopped at 3 us, still in contact at 4 N" in peak.remark
     ended = replace(
         STOPPED, time_s=(*STOPPED.time_s, 4e-6), normal_force_N=(0.0, 8.0, 10.0, 4.0, 0.0)
     )
     monkeypatch.setattr(taps, "calculix_tap", lambda *given: ended)
-    _, impulse, *_, whole = taps.rows(TAP, quiet, Store(None))
+    peak, impulse, *_, whole = taps.rows(TAP, quiet, Store(None))
+    assert "stopped" not in peak.remark
     assert (impulse.outside, impulse.unit) == (pytest.approx(0.022), "mN s")
     assert (whole.outside, whole.unit) == (pytest.approx(7**0.5), "MPa")
 

@@ -1,6 +1,7 @@
 """Contact forces over t - t_c: the paper's figs. 7 and 9 from our own runs, every step."""
 
-from collections.abc import Callable, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,13 +9,14 @@ import numpy as np
 
 from validation.compare.differences import Difference
 from validation.compare.force_curves import FORCES, contact_curve, first_tap
-from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
+from validation.harness.figures import BLACK, BLUE, COLORS, GREEN, GREY, ORANGE, panels
 from validation.harness.record import RunRecord
 
-Line = tuple[RunRecord, str, tuple[str, str, float]]  # a run, its label, colour, style and width
+Look = tuple[str, str, float]  # colour, style and width of a line
+Line = tuple[RunRecord, str, Look]  # a run, its label and look
 # File names may contain dollar signs.
 AS_WRITTEN = {"text.parse_math": False}
-LOOKS = {  # colour, style and width of each line in the overlay, by label
+LOOKS: Mapping[str, Look] = {  # of the lines in the overlay, by label
     "hcm": (BLACK, "-", 1.8),
     "hcm-refined": (BLACK, "--", 1.4),
     "fem3d contact": (ORANGE, "-", 1.6),
@@ -22,7 +24,11 @@ LOOKS = {  # colour, style and width of each line in the overlay, by label
     "fem3d fast": (BLUE, "--", 1.2),
     "fem2d fast": (GREEN, "-.", 1.2),
 }
-OTHER_LOOK = (GREY, "-", 1.0)
+# Looks of further labels, in turn: each has another colour and style than the one before, and
+# none of the twelve is among LOOKS.
+OTHER_COLORS, OTHER_STYLES, DOTS = (*COLORS[4:], GREY), ("-", "--", "-."), "o"
+APART = 0.015  # of the axes' diagonal, between a data's dots: more samples would hide the lines
+TICKS = 5  # most intervals of an axis of time: labels of more run together
 SEEN = 0.1  # percent: what the page prints of a difference, and each of its axes shows at least
 BAND = 800  # times of the shaded band: its edges are not simplified as lines are
 
@@ -30,6 +36,17 @@ BAND = 800  # times of the shaded band: its edges are not simplified as lines ar
 def usable(run: RunRecord) -> bool:
     """Whether a run has contact curves to draw."""
     return run.value("contact_time_s") is not None and "normal_force_N" in run.contact_forces
+
+
+def looks(runs: Iterable[RunRecord]) -> dict[str, Look]:
+    """The look of each label, its own or the next one of the others; data are dots."""
+    found: dict[str, Look] = {}
+    others = zip(itertools.cycle(OTHER_COLORS), itertools.cycle(OTHER_STYLES), strict=False)
+    for label, run in {run.label: run for run in runs}.items():
+        found[label] = LOOKS.get(label) or (*next(others), 1.4)
+        if "data" in run.provenance:
+            found[label] = (found[label][0], DOTS, 0.0)
+    return found
 
 
 def _draw_forces(axis: Any, lines: Sequence[Line], band: Sequence[RunRecord]) -> None:
@@ -51,9 +68,12 @@ def _draw_forces(axis: Any, lines: Sequence[Line], band: Sequence[RunRecord]) ->
     for run, label, (color, style, width) in lines:
         time = 1e3 * (run.contact_forces["time_s"] - (run.value("contact_time_s") or 0.0))
         for force, title in zip(FORCES, (label, None), strict=True):
-            axis.plot(
-                time, run.contact_forces[force], style, color=color, linewidth=width, label=title
-            )
+            values = run.contact_forces[force]
+            if not np.isnan(values).all():  # data may have no tangential force
+                axis.plot(
+                    time, values, style, color=color, linewidth=width, label=title,
+                    markersize=2.5, markevery=APART,
+                )  # fmt: skip
 
 
 def _panels(
@@ -80,6 +100,7 @@ def _panels(
             for axis, scene in zip(axes[1], scenes, strict=True):
                 below(axis, scene)
         for axis in axes[-1]:
+            axis.locator_params("x", nbins=TICKS)
             axis.set_xlabel(r"$t - t_c$ (ms)", parse_math=True)
         named: dict[str, Any] = {}
         for axis in axes[0]:  # a run may be missing on one scene only
@@ -184,9 +205,10 @@ def overlay_figure(
     """Fig. 9: the reduced model against the reference.
 
     spread_over : runs whose smallest and largest force at each time make the shaded band.
-    compared : by scene, pairs of a reference and a run, whose difference in F_n is drawn below the
-        forces, in percent of the reference's peak.
+    compared : by scene, pairs of a reference and one of the runs, whose difference in F_n is drawn
+        below the forces, in percent of the reference's peak.
     """
+    by_label = looks(runs)
 
     def residuals(axis: Any, scene: str) -> None:
         for reference, run in (compared or {}).get(scene, ()):
@@ -194,10 +216,10 @@ def overlay_figure(
             tap = first_tap([run, reference], "normal_force_N") if both and peak else None
             if tap is not None and peak:
                 time, (own, base) = tap
-                color, line, width = LOOKS.get(run.label, OTHER_LOOK)
+                color, line, width = by_label[run.label]
                 axis.plot(1e3 * time, 100 * (own - base) / peak, line, color=color, linewidth=width)
         axis.axhline(0, color=BLACK, linewidth=0.6)
         axis.set_ylabel(r"$\Delta F_n$ (% of peak)", parse_math=True)
 
-    lines = [(run, run.label, LOOKS.get(run.label, OTHER_LOOK)) for run in runs]
+    lines = [(run, run.label, by_label[run.label]) for run in runs]
     _panels(path, scenes, lines, spread_over, residuals if compared else None)

@@ -127,6 +127,10 @@ def numbers(data: xarray.Dataset, entry: Quantity, place: int, error: bool = Fal
 
 
 def differences(data: xarray.Dataset, entry: Quantity, pair: Pair) -> Floats:
-    """Relative differences (own - base)/|base|; NaN where base is 0 or a number is missing."""
+    """Relative differences (own - base)/base; NaN where base is 0 or a number is missing.
+
+    Negative where own is smaller in magnitude, below -1 where its sign is the other one
+    (`compare.differences.error_percent`).
+    """
     own, base = (numbers(data, entry, place) for place in (pair.own, pair.base))
-    return np.asarray((own - base) / np.where(base == 0.0, np.nan, np.abs(base)))
+    return np.asarray((own - base) / np.where(base == 0.0, np.nan, base))

@@ -3,6 +3,7 @@
 import itertools
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray
@@ -15,13 +16,16 @@ from validation.sweep.dataset import Output, Pair, differences, numbers
 from validation.sweep.sensitivity import Floats
 
 MOST_MAPPED = 8  # variables of a map: 28 panels
+WIDE = 20.0  # ratio of the largest to the smallest magnitude above which axes are logarithmic
+LINEAR = 1000.0  # at most, the largest over what axes of both signs are linear below
+TICKS = 5  # labels of a logarithmic axis, about: more run together
 
 
 def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[str]) -> None:
-    """Plot each quantity of one model over the other's, with both stated errors."""
+    """Plot each quantity of one model over the other's, signed, with both stated errors."""
     with panels(path, 2, len(TAP_AND_STRESS) // 2, height=3.0) as axes:
         for axis, entry in zip(axes.flat, TAP_AND_STRESS, strict=True):
-            own, base = (np.abs(numbers(data, entry, p)) for p in (pair.own, pair.base))
+            own, base = (numbers(data, entry, place) for place in (pair.own, pair.base))
             bars = [_bars(numbers(data, entry, p, True)) for p in (pair.own, pair.base)]
             known = np.isfinite(own) & np.isfinite(base)
             axis.errorbar(
@@ -29,14 +33,29 @@ def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[s
                 markersize=3.5, elinewidth=0.6,
             )  # fmt: skip
             if known.any():
-                ends = [min(own[known].min(), base[known].min()),
-                        max(own[known].max(), base[known].max())]  # fmt: skip
-                axis.plot(ends, ends, color=BLACK, linewidth=0.8)
-                if ends[0] > 0.0 and ends[1] > 20.0 * ends[0]:
-                    axis.set(xscale="log", yscale="log")
+                _scale(axis, np.concatenate([own[known], base[known]]))
             axis.set_title(f"{entry.title} ({entry.unit})", fontsize=9)
             axis.set_xlabel(labels[pair.base], parse_math=False)
             axis.set_ylabel(labels[pair.own], parse_math=False)
+
+
+def _scale(axis: Any, values: Floats) -> None:
+    """Draw the line of equal numbers, and logarithmic axes if they are wide: to both sides of zero
+    if there are both signs, so that models which bend to different sides lie in another quadrant.
+    """
+    ends, sizes = [values.min(), values.max()], np.abs(values)
+    axis.plot(ends, ends, color=BLACK, linewidth=0.8)
+    if sizes.max() > WIDE * sizes.min():
+        linear = max(sizes.min(), sizes.max() / LINEAR)
+        for set_scale in (axis.set_xscale, axis.set_yscale):
+            if ends[0] > 0.0:
+                set_scale("log")
+            else:
+                set_scale("symlog", linthresh=linear)
+        axis.locator_params(numticks=TICKS)
+    if ends[0] < 0.0:
+        axis.axhline(0.0, color=GREY, linewidth=0.8)
+        axis.axvline(0.0, color=GREY, linewidth=0.8)
 
 
 def _bars(errors: Floats) -> Floats:
@@ -56,7 +75,20 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
                 axis.step(100 * apart, 100 * share, where="post", color=color, label=title)
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
+            _few_labels(axis)
         axes[0, 0].legend()
+
+
+def _few_labels(axis: Any) -> None:
+    """Label a logarithmic x axis at decades, or between them if it has less than two."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+    low, high = axis.get_xlim()
+    between = (1, 2, 5) if high < 100.0 * low else (1,)
+    few = MaxNLocator(TICKS) if high < 10.0 * low else LogLocator(subs=between, numticks=TICKS)
+    axis.xaxis.set_major_locator(few)
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.set_minor_formatter(NullFormatter())
 
 
 def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
 from validation.harness.files import safe_name
-from validation.harness.page import write_page
+from validation.harness.page import opening, write_page
 from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.models import adapter
@@ -19,19 +19,32 @@ from validation.validate.ladder.ladder import (
     check_sentences,
     peak_sentences,
 )
-from validation.validate.plan import RunName, Runs
+from validation.validate.plan import Plan, RunName, Runs
 
 PAPERS = " ".join(plan.PAPER_REFERENCE)  # the reference whose tables also show the paper's numbers
 HIDDEN = ("reference_model", "scene")  # stated once above the page's table
+STATED = "what both runs state as numerical errors, together"
+DATA_STATED = "the model's numerical error and the data's uncertainty, together"
 CAPTION = (
-    "Points: each model's difference from the reference; bars: what both runs state as numerical "
-    "errors (none: one states none); times are of the solve."
+    "Points: each model's difference from the reference; bars: {} (none: one is not stated); "
+    "times are of the solve."
 )
 STEPS = " Blue: what each refined assumption adds to the paper's, one after the other."
-RUNGS = {
-    2: "Rung 2, structure: the same lumped law on both bodies",
-    3: "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
-    4: "Rung 4, the paper: its own k against the ls-dyna-like reference",
+RUNGS = {  # titles, and what the reference's uncertainty is
+    2: (
+        "Rung 2, structure: the same lumped law on both bodies",
+        "the index of convergence over three meshes, or their range",
+    ),
+    3: (
+        "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
+        "with --ladder what fingertap converge found, where its study lies in the same folder, "
+        "else the index or range over three meshes; without it the change from the mesh before",
+    ),
+    4: (
+        "Rung 4, the paper: its own k against the ls-dyna-like reference",
+        "the error that this run states or, if it is farther, the distance to the farthest of "
+        "the 3D runs with other meshes and penalties",
+    ),
 }
 TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the file's name
     "accuracy": (
@@ -151,6 +164,13 @@ def read_back_note(runs: Runs) -> str:
     )
 
 
+def heading(plan: Plan) -> str:
+    """The page's heading: of which scenes, and which models it compares with what."""
+    references = [data.record.model for data in plan.data.values()] or [plan.reference]
+    scenes, models, others = map(" and ".join, (plan.scenes, plan.models, references))
+    return f"{opening(scenes)} finger: {models} against {others}"
+
+
 def page_context(
     runs: Runs,
     rows: Rows,
@@ -161,6 +181,8 @@ def page_context(
     """The variables of the page's template."""
     differences = headline.differences(runs)
     factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *plan.PENALTIES))
+    stated = DATA_STATED if runs.plan.data else STATED
+    steps = STEPS if plan.REFINED in runs.plan.models else ""
     accuracy = {}
     for scene in runs.scenes:
         for label in dict.fromkeys([*(r.label for r in runs.references(scene)[:1]), PAPERS]):
@@ -170,6 +192,8 @@ def page_context(
                 accuracy[f"{scene} finger against {label}"] = mine
     return {
         "plan": runs.plan,
+        "heading": heading(runs.plan),
+        "stated": stated,
         "failures": runs.failures(),
         "unit_notes": headline.unit_notes(runs),
         "sentences": headline.sentences(differences),
@@ -180,7 +204,7 @@ def page_context(
         "read_back": read_back_note(runs),
         "figures": figures,
         "apart": apart,
-        "apart_caption": CAPTION + (STEPS if plan.REFINED in runs.plan.models else ""),
+        "apart_caption": CAPTION.format(stated) + steps,
         "accuracy": accuracy,
         "accuracy_columns": [c for c in tables.ACCURACY_COLUMNS if c not in HIDDEN],
         "efficiency": rows["efficiency"],
@@ -198,8 +222,8 @@ def ladder_context(ladder: Ladder, rows: Rows) -> dict[str, Any]:
         "table_rows": rows,
         "table_columns": {name: columns for name, (columns, _) in TABLES.items()},
         "ladder_rungs": [
-            (title, [row for row in rows["ladder"] if row.rung == rung])
-            for rung, title in RUNGS.items()
+            (title, known, [row for row in rows["ladder"] if row.rung == rung])
+            for rung, (title, known) in RUNGS.items()
         ],
         "ladder_sentences": [
             *peak_sentences(rows["ladder"]),

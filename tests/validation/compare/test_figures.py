@@ -1,5 +1,6 @@
 """What is drawn, read back from the axes and from the notebook's line."""
 
+import itertools
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -13,7 +14,14 @@ import hcm.notebook
 import reference_fem.notebook
 from tests.validation.commands import Make
 from validation.compare.differences import difference
-from validation.compare.figures import SEEN, assumption_bars, difference_figure, overlay_figure
+from validation.compare.figures import (
+    LOOKS,
+    SEEN,
+    assumption_bars,
+    difference_figure,
+    looks,
+    overlay_figure,
+)
 from validation.harness.page import LARGEST_VECTOR, inline
 from validation.harness.quantities import OF_A_TAP
 
@@ -30,6 +38,43 @@ def test_the_residual_is_the_difference_over_the_references_peak(
     # two half sines over 0.2 ms: (60 - 80)/80 sin(pi t/T); linear between 2,000 samples
     np.testing.assert_allclose(residual, -25.0 * np.sin(np.pi * time / 0.2), atol=1e-4)
     assert len(empty.lines) == 1  # zero
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_models_of_ones_own_and_data_are_told_apart(make_record: Make, tmp_path: Path) -> None:
+    """All of them were the same thin grey line."""
+    mine = [make_record("soft", f"mine-{n}") for n in range(12)]
+    data = make_record("soft", "lab.csv", provenance={"data": {}})
+    data.history["tangential_force_N"][:] = np.nan  # a file may have none
+    runs = [make_record(), *mine[:3], data]
+    overlay_figure(tmp_path / "f.png", runs, (), ("soft",), {"soft": [(data, mine[1])]})
+    forces, below = plt.gcf().axes
+    lines = forces.lines[:-1:2]  # F_n, without F_t and zero
+    assert [line.get_label() for line in lines] == [run.label for run in runs]
+    *drawn, dots = [(line.get_color(), line.get_linestyle(), line.get_marker()) for line in lines]
+    assert len({color for color, _, _ in drawn}) == len({(c, s) for c, s, _ in drawn}) == 4
+    assert dots[0] not in {color for color, _, _ in drawn}
+    assert dots[1:] == ("None", "o")
+    assert below.lines[0].get_color() == lines[2].get_color()
+    # the same whoever comes after; no two alike, none like one that we know
+    every = looks([*runs[:-1], *mine, make_record("soft", "fem3d", "fast")])
+    assert {label: every[label] for label in looks(runs[:-1])} == looks(runs[:-1])
+    assert len({look[:2] for look in (*every.values(), *LOOKS.values())}) == 12 + len(LOOKS)
+
+
+@pytest.mark.usefixtures("figures_kept")
+@pytest.mark.parametrize("duration", [0.8e-4, 1.72e-4, 1.1e-3])
+def test_times_below_the_forces_do_not_run_together(
+    duration: float, make_record: Make, tmp_path: Path
+) -> None:
+    overlay_figure(tmp_path / "f.png", [make_record(duration=duration)], (), ("soft",))
+    (axis,) = plt.gcf().axes
+    low, high = axis.get_xlim()
+    shown = [x for x in axis.get_xticklabels() if low <= x.get_position()[0] <= high]
+    boxes = [label.get_window_extent() for label in shown]
+    assert len(boxes) > 2
+    for left, right in itertools.pairwise(boxes):
+        assert left.x1 + 2.0 * left.height < right.x0
 
 
 def test_dollars_in_the_names_of_files_are_no_formulas(make_record: Make, tmp_path: Path) -> None:

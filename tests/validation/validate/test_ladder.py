@@ -8,12 +8,11 @@ import pytest
 
 from tests.validation.commands import Make, Patch
 from tests.validation.validate.test_page import cause_of
-from validation.converge.verdicts import preset_uncertainties
+from validation.converge.verdicts import preset_uncertainties, study_of
 from validation.errors import RunFailedError, UserError
 from validation.harness.files import write_json
 from validation.harness.record import RunRecord
 from validation.models.impact import impact_of
-from validation.models.inputs import scene_inputs
 from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import NamedScene, load_scene
 from validation.validate.ladder import ladder as ladder_module
@@ -130,22 +129,35 @@ def test_uncertainty_is_the_index_or_the_spread(make_record: Make) -> None:
     assert pair["peak_normal_force_N"] == pytest.approx(3 / 65)
 
 
-def test_study_of_convergence_is_read_where_it_exists(tmp_path: Path) -> None:
+def test_study_of_convergence_is_read_where_it_is_whole(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A table cut within a number was believed, and an empty one ended the process."""
     path, tables = tmp_path / "convergence.csv", load_scene("soft").tables
     assert preset_uncertainties(tmp_path, tables) == {}
-    write_json(tmp_path / "scene.json", scene_inputs(tables, "fem3d"))
-    path.write_text("something,else\n1,2\n")
-    assert preset_uncertainties(tmp_path, tables) == {}
-    path.write_text(
-        "refinement,quantity,uncertainty_percent\npreset,peak_normal_force_N,1.5\n"
-        "penalty,peak_normal_force_N,5\npreset,contact_duration_s,\npreset,nonsense,0.3\n"
+    whole = (
+        "refinement,quantity,uncertainty_percent\npreset,contact_duration_s,\n"
+        "penalty,peak_normal_force_N,5\npreset,nonsense,0.3\npreset,peak_normal_force_N,1.5\n"
     )
-    known = {"peak_normal_force_N": pytest.approx(0.015)}
-    assert preset_uncertainties(tmp_path, tables) == known
+    path.write_text(whole)
+    made_from = study_of(tables, "fem3d", path)
+    write_json(tmp_path / "scene.json", made_from)
+    assert preset_uncertainties(tmp_path, tables) == {"peak_normal_force_N": pytest.approx(0.015)}
     smooth = load_scene("soft", ["surface.friction=0"]).tables
     assert preset_uncertainties(tmp_path, smooth) == {}  # the study was of another scene
-    (tmp_path / "scene.json").write_text("{")
+    assert capsys.readouterr().err == ""
+    for text in (whole[:-3], ""):
+        path.write_text(text)
+        assert preset_uncertainties(tmp_path, tables) == {}
+        assert "the study is damaged" in capsys.readouterr().err
+    path.write_text(whole)
+    write_json(tmp_path / "scene.json", {**made_from, "source": "older"})
     assert preset_uncertainties(tmp_path, tables) == {}
+    assert "was made by other code" in capsys.readouterr().err
+    for text in ("{", "[]"):
+        (tmp_path / "scene.json").write_text(text)
+        assert preset_uncertainties(tmp_path, tables) == {}
+        assert "the study is damaged" in capsys.readouterr().err
 
 
 def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
@@ -160,8 +172,8 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     other = make_record(model="fem3d", variant="fast", peak=60.0)
     paper = paper_rung(Runs((make_record(variant="N=60"), record, other)))
     assert {row.rung for row in paper} == {4}
-    half = next(row for row in paper if row.quantity == "peak Fn (N), own flight")
-    assert half.reference_uncertainty == pytest.approx(3.0)
+    peak = next(row for row in paper if row.quantity == "peak Fn (N), own flight")
+    assert peak.reference_uncertainty == pytest.approx(6.0)
     tables = table_rows(ladder, Runs((make_record(variant="N=60"), record, other)))
     assert tables["ladder"] == [*rows, *paper]
     write_tables(tmp_path, tables)
@@ -173,9 +185,33 @@ def test_tables_page_and_sentences(make_record: Make, tmp_path: Path) -> None:
     assert "14.3 % below" in said[1]
     assert "from the blind prediction's 80.7 N to the reference's 94.2 N" in said[2]
     assert "it is +13.5 N: +13.0 N with sphere, +0.7 N with own contact" in said[2]
-    (title, first), *_ = ladder_context(ladder, tables)["ladder_rungs"]
+    (title, _, first), *_ = ladder_context(ladder, tables)["ladder_rungs"]
     assert title.startswith("Rung 2")
     assert first == rows[:1]
+
+
+@pytest.mark.parametrize(("stated", "known"), [(None, 33.0), (1.0, 33.0), (34.0, 34.0)])
+def test_rung_fours_reference_is_known_to_no_less_than_its_distance_from_other_meshes(
+    stated: float | None, known: float, make_record: Make
+) -> None:
+    """Half the range about a number at its end left the finest mesh outside."""
+    errors = {} if stated is None else {"peak_normal_force_N": stated}
+    reference = make_record(model="fem3d", variant="ls-dyna-like", peak=66.0, errors=errors)
+    others = [
+        make_record(model="fem3d", variant=name, peak=peak)
+        for name, peak in (("contact", 99.0), ("fast", 65.0))
+    ]
+    rows = paper_rung(Runs((make_record(variant="N=60"), reference, *others)))
+    peak = next(row for row in rows if row.quantity == "peak Fn (N), own flight")
+    assert (peak.reference, peak.reference_uncertainty) == pytest.approx((66.0, known))
+
+
+def test_what_the_run_states_is_known_without_other_meshes(make_record: Make) -> None:
+    stated = {"peak_normal_force_N": 2.0}
+    reference = make_record(model="fem3d", variant="ls-dyna-like", errors=stated)
+    rows = paper_rung(Runs((make_record(variant="N=60"), reference)))
+    known = [row.quantity for row in rows if row.reference_uncertainty is not None]
+    assert known == ["peak Fn (N), own flight"]
 
 
 def test_sentence_says_what_each_models_own_flight_adds() -> None:

@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from tests.validation.commands import Capture, Make, Patch, call
+from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import rounded
@@ -106,6 +107,7 @@ def page(folder: Path) -> str:
 
 def test_page_is_whole_small_and_loads_nothing(validated: Callable[..., Path]) -> None:
     text = page(validated())
+    assert "<h1>Hard and soft finger: hcm and hcm-refined against fem3d</h1>" in text
     assert text.lstrip().startswith("<!doctype html>")
     assert len(text.encode()) < 3e6
     parser = Loads()
@@ -230,6 +232,35 @@ def test_a_reference_without_fields_has_none_to_draw(make_record: Make, tmp_path
     assert "Fields of the reference" not in page(tmp_path)
 
 
+NUMERICAL = "what both runs state as numerical errors, together"
+UNCERTAIN = "the model&#39;s numerical error and the data&#39;s uncertainty, together"
+
+
+@pytest.mark.parametrize(
+    ("data", "stated"), [("", NUMERICAL), ("lab6.csv", UNCERTAIN)], ids=["a model", "data"]
+)
+def test_title_and_legend_are_of_the_scene_and_reference_that_were_given(
+    data: str, stated: str, make_record: Make, tmp_path: Path
+) -> None:
+    """All pages were headed as a soft finger against finite elements with numerical errors."""
+    reference = make_record("soft", data or "hcm-refined", provenance={"data": {}} if data else {})
+    given = {"soft": Reference(reference, ())} if data else {}
+    plan = Plan(
+        {"soft": "soft"}, ("hcm", "fem2d"), f"some/where/{data}" if data else "hcm-refined", given
+    )
+    runs = Runs((make_record(), make_record("soft", "fem2d"), reference), plan)
+    (tmp_path / "figures").mkdir()
+    validate_command.report(tmp_path, runs, NO_LADDER)
+    text = page(tmp_path)
+    heading = f"Soft finger: hcm and fem2d against {reference.model}"
+    assert f"<h1>{heading}</h1>" in text
+    assert f"<title>Fingertap: {heading}</title>" in text
+    assert "finite elements" not in text
+    assert "the paper's Table" not in text
+    assert text.count(stated) == 2  # below the figure and below the table
+    assert f"bars: {stated} (none: one is not stated)" in text
+
+
 def test_missing_libraries_are_found_before_vtk_crashes(monkeypatch: Patch, tmp_path: Path) -> None:
     def no_library(name: str) -> None:
         raise OSError(name)
@@ -324,6 +355,7 @@ def test_ladder_shows_cost_checks_patch_and_the_papers_tables(
         "largest pressure",
         "173.1",  # the paper's Table 2, hard finger
         "21473",  # its Table 3
+        "± reference: the error that this run states or, if it is farther, the distance",
     ):
         assert part in section, part
     for name in ("table_2", "table_3", "reference_checks", "accuracy_cost", "contact_patch"):

@@ -216,7 +216,8 @@ def mesh_keys(mesh: tuple[float, ...] | None, diameter: float) -> tuple[list[str
 def paper_rung(runs: Runs) -> list[Comparison]:
     """Rung 4: the paper's k against the `ls-dyna-like` reference, each from its own flight.
 
-    The reference's uncertainty is half its range over the validation's meshes and penalties.
+    The reference's uncertainty is what the run states or, if it is farther, its distance to the
+    farthest of the validation's other meshes and penalties: half their range would not reach it.
     """
     rows = []
     for scene in runs.scenes:
@@ -226,7 +227,9 @@ def paper_rung(runs: Runs) -> list[Comparison]:
         share = {}
         for entry in COMPARED:
             band, value = spread(runs.spread_over(scene), entry), entry.read(reference)
-            if band is not None and value:
-                share[entry.key] = 0.5 * (band.high - band.low) / abs(value)
+            stated = entry.error(reference)
+            if value and (band is not None or stated is not None):
+                reach = 0.0 if band is None else max(band.high - value, value - band.low)
+                share[entry.key] = max(reach, stated or 0.0) / abs(value)
         rows += compare_runs(4, beams, reference, share, OWN)
     return rows

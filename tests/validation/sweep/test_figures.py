@@ -1,0 +1,60 @@
+"""A sweep's figures, read back from their axes."""
+
+import itertools
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray
+from matplotlib import pyplot as plt
+
+from validation.harness.quantities import quantity
+from validation.sweep.dataset import Pair, differences
+from validation.sweep.figures import draw_distribution, draw_parity
+
+PAIR = Pair(0, 1, "own against base")
+OWN, BASE = (1.106, -0.6, 40.0, 2.0), (-0.867, -0.5, 50.0, 2.0)  # stresses, MPa
+
+
+def swept(impulses: Sequence[float]) -> xarray.Dataset:
+    """Scenes whose impulses are those over 1 N s, and whose stresses are OWN and BASE."""
+    tap = np.array([[number, 1.0] for number in impulses])
+    names = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
+    data = dict.fromkeys(names, (("scene", "model"), tap))
+    stress = np.resize(1e6 * np.array([OWN, BASE]).T, tap.shape)
+    data["peak_stress_R_Pa"] = (("scene", "model"), stress)
+    data["status"] = (("scene", "model"), np.full(tap.shape, "COMPLETED"))
+    return xarray.Dataset(data, {"scene": np.arange(len(tap))})
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_stress_keeps_its_sign_in_numbers_and_in_parity(tmp_path: Path) -> None:
+    """Parity had magnitudes: 1.106 against -0.867 MPa lay near the line, and differed by 228 %."""
+    data = swept((1.0, 1.0, 1.0, 1.0))
+    apart = differences(data, quantity("peak_stress_R_Pa"), PAIR)
+    # below -1: the other sign; of equal signs negative is smaller in magnitude
+    assert apart == pytest.approx([-1.973 / 0.867, 0.2, -0.2, 0.0])
+    draw_parity(tmp_path / "parity.png", data, PAIR, ["own", "base"])
+    *_, axis = plt.gcf().axes
+    points, equal, *zeros = axis.lines
+    assert points.get_xydata() == pytest.approx(np.array([BASE, OWN]).T)
+    assert equal.get_xdata() == pytest.approx([-0.867, 50.0])
+    assert len(zeros) == 2  # the quadrants
+    assert axis.get_xscale() == axis.get_yscale() == "symlog"
+
+
+@pytest.mark.usefixtures("figures_kept")
+@pytest.mark.parametrize("highest", [0.022, 0.045, 0.15, 0.5, 3.0, 1e4])
+def test_labels_of_differences_do_not_run_together(highest: float, tmp_path: Path) -> None:
+    """Between decades each tick had its power of ten."""
+    data = swept(1.0 + np.geomspace(0.019, highest, 20))
+    draw_distribution(tmp_path / "d.png", data, [PAIR])
+    _, axis, *_ = plt.gcf().axes
+    low, high = axis.get_xlim()
+    labels = [*axis.get_xticklabels(), *axis.get_xticklabels(minor=True)]
+    shown = [x for x in labels if x.get_text() and low <= x.get_position()[0] <= high]
+    boxes = [label.get_window_extent() for label in shown]
+    assert len(boxes) > 1
+    for left, right in itertools.pairwise(boxes):
+        assert left.x1 + 0.5 * left.height < right.x0

@@ -20,17 +20,18 @@ _IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULT
 
 
 class InnerKernel(CPUDispatcher):
-    """A kernel without code for calls from Python: the first one compiles a caller of it."""
+    """A kernel without code for calls from Python, for which it is compiled anew by the first."""
 
     def __call__(self, *args: Any) -> Any:
         """Call the kernel from Python, as the tests do."""
-        return self.caller(*args)
+        return self.entry(*args)
 
     @functools.cached_property
-    def caller(self) -> Callable[..., Any]:
-        """A compiled function that hands its arguments on."""
-        kernel = self
-        return njit()(lambda *args: kernel(*args))
+    def entry(self) -> Callable[..., Any]:
+        """The kernel with code for calls from Python, not cached on disk."""
+        options = {**self.targetoptions, "no_cpython_wrapper": False, "inline": "never"}
+        del options["nopython"]
+        return numba.njit(**options)(self.py_func)
 
 
 def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
@@ -86,7 +87,8 @@ def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
 # Fast-math flags of the elements' kernels. No nnan or ninf: a NaN in the displacement must reach
 # the audit, not be optimised away.
 SAFE_MATH = {"contract", "nsz"}
+entry = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
 # Called by kernels only: the code for calls from Python takes a fifth of the time of compiling.
 inner = functools.partial(njit, cache=True, error_model="numpy", no_cpython_wrapper=True)
-compiled = inner(fastmath=SAFE_MATH)
+kernel = inner(fastmath=SAFE_MATH)
 inlined = inner(fastmath=SAFE_MATH, forceinline=True)

@@ -221,8 +221,8 @@ class Settings:
     estimate: bool = True
     """Whether a completed run states an estimate of its numbers' errors (`TapResult.errors`)."""
     flight_error: bool = True
-    """Whether these errors include what a rigid or coarse flight leaves out; without it models are
-    compared that fly alike."""
+    """Whether these errors include what a rigid or coarse flight leaves out; false where models
+    that fly alike are compared."""
     energy_tolerance: Annotated[float, Bound(above=0, advice="0.1 is usual")] = 0.1
     """The run ends as UNSTABLE where the balance error exceeds this share of the largest kinetic
     energy."""

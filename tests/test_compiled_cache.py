@@ -49,7 +49,7 @@ print(outer(GIVEN), sum(outer.stats.cache_hits.values()))
 @pytest.mark.parametrize("folder", ["beside the source", "NUMBA_CACHE_DIR"])
 @pytest.mark.parametrize(
     ("compiled", "decorate"),
-    [(hcm.compiled, "kernel"), (reference_fem.compiled, "njit(cache=True, parallel=True)")],
+    [(hcm.compiled, "entry"), (reference_fem.compiled, "njit(cache=True, parallel=True)")],
     ids=["hcm", "reference_fem"],
 )
 def test_the_cache_notices_an_edited_callee(
@@ -91,7 +91,7 @@ def test_the_cache_notices_an_edited_callee(
 
 @pytest.mark.parametrize("compiled", [hcm.compiled, reference_fem.compiled])
 def test_a_kernel_for_kernels_is_called_from_python(compiled: ModuleType) -> None:
-    """By a caller that is compiled then: it has no code for such calls itself."""
+    """It is compiled anew then: it has no code for such calls."""
     options = {"cache": False, "no_cpython_wrapper": True}
     decorate = (
         compiled.entry_with(**options) if compiled is hcm.compiled else compiled.njit(**options)

@@ -13,7 +13,7 @@ from numba.core.dispatcher import Dispatcher
 
 import hcm
 import hcm.compiled
-from hcm.compiled import ByKind, entry_with
+from hcm.compiled import ByKind, by_type, entry_with, kernel_with
 
 Decorator = Callable[[Callable[..., float]], Callable[..., float]]
 KERNEL = entry_with("contract", cache=False)  # a cached function's code can't be looked at
@@ -74,6 +74,17 @@ def test_a_kind_is_looked_at_once() -> None:
     for other in (numbers["counts"], np.arange(6.0)[::2]):
         with pytest.raises((AssertionError, KeyError)):
             by_kind("floats", other)
+
+
+def test_what_has_no_code_for_such_a_call_is_refused() -> None:
+    def same(x: float) -> float:
+        return x
+
+    inner, entry = kernel_with(cache=False)(same), entry_with(cache=False)(same)
+    with pytest.raises(TypeError, match="must be an entry"):
+        ByKind(inner)
+    with pytest.raises(TypeError, match="must be compiled by kernel"):
+        by_type(hcm.compiled.ByKind, inner, entry)
 
 
 def test_every_kernel_is_stamped_with_the_files_that_it_is_compiled_from() -> None:

@@ -187,11 +187,11 @@ def _percent(one: Difference) -> float:
 
 def mesh_figure(path: Path, runs: Sequence[tuple[str, RunRecord]], scenes: Sequence[str]) -> None:
     """Fig. 7: the reduced model with different numbers of elements, a labelled line for each."""
-    looks = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
+    by_order = ((GREY, "-", 3.0), (ORANGE, "--", 1.6), (BLACK, ":", 1.4))
     lines: list[Line] = []
     for scene in scenes:
         drawn = [(run, label) for label, run in runs if run.scene == scene and usable(run)]
-        lines += [(*line, look) for line, look in zip(drawn, looks, strict=False)]
+        lines += [(*line, look) for line, look in zip(drawn, by_order, strict=False)]
     _panels(path, scenes, lines)
 
 

@@ -124,21 +124,21 @@ def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:
     """Relative uncertainties of the preset `converged` by key, from a study's ``convergence.csv``.
 
     Empty if there is no such file, or if it is that of another scene; also, with a line that says
-    so, if it has changed or was made by other code.
+    so, if it was made by other code, of whatever scene, or has changed.
     """
     path, studied = folder / "convergence.csv", folder / STUDIED
     if not (path.is_file() and studied.is_file()):
         return {}
     try:
         found, now = json.loads(studied.read_bytes()), study_of(tables, "fem3d", path)
-        changed = [key for key in now if found.get(key) != now[key]]
+        changed = {key for key in now if found.get(key) != now[key]}
     except (OSError, ValueError, AttributeError):
-        changed = ["convergence_sha256"]
-    if "tables" in changed or "mesh_sha256" in changed:
+        changed = {"convergence_sha256"}
+    older = bool(changed & {"source", "versions"})
+    if not older and changed & {"tables", "mesh_sha256"}:
         return {}
     if changed:
-        whole = "convergence_sha256" not in changed
-        why = "was made by other code or libraries" if whole else "is damaged"
+        why = "was made by other code or libraries" if older else "is damaged"
         say(f"{folder}: the study {why} and is left out; fingertap converge makes it anew")
         return {}
     table = pd.read_csv(path)

@@ -9,7 +9,8 @@ from validation.curve_files.contract import Floats
 
 UNKNOWN = (np.inf, np.inf)  # of both ends
 EQUAL = 3  # pairs of equal neighbours in rounded samples: exact ones have two at most, at a peak
-OTHER_RUNS = 5  # of equal samples, which a rounded top is at most as long as (`held`)
+COARSEST = 1 / 16  # of the peak: rounding in larger steps is taken for saturation
+OTHER_RUNS = 5  # longest other runs of equal samples that a rounded top is as long as (`held`)
 LARGEST_ALIKE = 0.99  # correlation of neighbours, beyond which a zero line drifts
 
 
@@ -61,8 +62,10 @@ def held(force: Floats) -> tuple[int, int]:
     apart are no saturation:
 
     - a half sine of duration T is within r of its top F for as long as the first term; r is the
-      step of the samples (`quantum`), T 3/2 of the time that the force stays above F/2 about there
-    - m is the longest run of equal samples between F/2 and F, such as a converter repeats. Also a
+      step of the samples (`quantum`), at most `COARSEST` F, for the rise to a plateau looks like a
+      step, and T 3/2 of the time that the force stays above F/2 about there
+    - m is the longest run of equal samples between F/2 and F, else below, such as a converter
+      repeats. Also a
       parabola of any curvature that is rounded stays a step below its top, on either side, for
       (sqrt(2) - 1)/2, more than a fifth, of the time at its top
 
@@ -74,11 +77,12 @@ def held(force: Floats) -> tuple[int, int]:
     edges = np.flatnonzero(np.diff(force)) + 1
     runs, values = np.diff(edges), force[edges[:-1]]
     longest = int(np.argmax(np.where(values == top, runs, 0)))
-    other = int(runs[(values > 0.5 * top) & (values < top)].max(initial=1))
+    below = [runs[(values > share * top) & (values < top)] for share in (0.5, 0.0)]
+    other = int((below[0] if below[0].size else below[1]).max(initial=1))
     low = np.flatnonzero(force <= 0.5 * top)
     after = int(np.searchsorted(low, edges[longest]))
     high = force[low[after - 1] : low[after]]
-    within = math.acos(max(1.0 - quantum(high) / top, -1.0))  # F_t may end below zero
+    within = math.acos(1.0 - min(quantum(high) / top, COARSEST))
     return int(runs[longest]), int(3.0 / math.pi * high.size * within) + OTHER_RUNS * other
 
 

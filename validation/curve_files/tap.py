@@ -65,9 +65,10 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         ) + excess(pulled, zero_line(tangential[~touches]).scatter)
     notes.append(_of_the_whole(sidecar, beside))
     axes = [name for name in AXES if name in forces]
-    idle = ~touches & np.any([forces[name] != 0.0 for name in axes], axis=0)
+    round_off = ROUND_OFF * float(np.abs(normal).max())
+    idle = ~touches & np.any([np.abs(forces[name]) > round_off for name in axes], axis=0)
     if idle.any():
-        most = max(least, float(normal[idle].max()))
+        most = max(least, float(normal[idle].max())) / body
         notes.append(f"{idle.sum()} samples of up to {most:g} N count as no contact, without force")
     from_trigger = time[0] < 0.0 and "time_offset_s" not in sidecar.model_fields_set
     if from_trigger or time[tap][0] <= 0.0:
@@ -82,10 +83,10 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         notes.append("no tangential force: it is not compared")
     if count > 1:
         of = f"{joined} touches" if joined > 1 else "one touch"
+        own, largest = (f"{force.max() / body:.4g} N" for force in (normal[tap], normal))
         notes.append(
-            f"touches {count} times; the first tap is compared, of {of} and "
-            f"{normal[tap].max():.4g} N where the largest has {normal.max():.4g} N (if some are "
-            "scatter, raise threshold_N)"
+            f"touches {count} times; the first tap is compared, of {of} and {own} where the "
+            f"largest has {largest} (if some are scatter, raise threshold_N)"
         )
     by_samples = "peak_normal_force_N" in errors.keys() - sidecar.uncertainty.model_fields_set
     notes += _quality(normal[tap], line, body, "; errors include it" if by_samples else "")
@@ -239,7 +240,7 @@ def _quality(normal: Floats, line: ZeroLine, body: float, included: str) -> list
     lone = lone_peak(normal, LONE * peak + raised) if normal.size > FEW + 2 else 0.0
     if lone:
         notes.append(
-            f"the largest sample, {peak:.4g} N, stands {lone / body:.2g} N above both its "
+            f"the largest sample, {peak / body:.4g} N, stands {lone / body:.2g} N above both its "
             f"neighbours: if it is stray, take it out{included}"
         )
     return notes

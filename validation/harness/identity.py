@@ -76,7 +76,7 @@ def module_file(name: str, root: Path = ROOT) -> str:
     raise ModuleNotFoundError(f"{name}: no such module below {root}")
 
 
-def _places(name: str) -> list[Path]:
+def places(name: str) -> list[Path]:
     """Folders of another project's package, or the file of a module; none if it is not there."""
     try:
         spec = importlib.util.find_spec(name)
@@ -87,33 +87,36 @@ def _places(name: str) -> list[Path]:
     return [Path(place) for place in spec.submodule_search_locations or [spec.origin or ""]]
 
 
-def _outside(modules: Collection[str], packages: Collection[str]) -> dict[str, Path]:
+def _outside(
+    modules: Collection[str], packages: Collection[str]
+) -> tuple[dict[str, bytes], set[tuple[str, str]]]:
     """All files, data and libraries too, of the modules' own packages, and of those that these
-    import from places where nothing keeps to a version.
+    import from folders that are not installed, whose version says nothing; and their imports.
 
     Raises ModuleNotFoundError: one of the modules' own packages is not there.
     """
-    files: dict[str, Path] = {}
+    files, imported = dict[str, bytes](), set[tuple[str, str]]()
     waiting = sorted({name.partition(".")[0] for name in modules} - set(packages))
     for package in waiting:
-        if not _places(package):
+        if not places(package):
             raise ModuleNotFoundError(f"{package}: no such module is installed")
     seen = {"", *packages, *sys.stdlib_module_names}
     while waiting:
         package = waiting.pop()
         seen.add(package)
-        for place in _places(package):
+        for place in places(package):
             base = place if place.is_dir() else place.parent
             for path in sorted(place.rglob("*")) if place.is_dir() else [place]:
                 if not path.is_file() or path.parent.name == "__pycache__":
                     continue
-                files[f"{package}/{path.relative_to(base)}"] = path
-                text = path.read_text("utf-8", "replace") if path.suffix == ".py" else ""
-                for top in {name.partition(".")[0] for name, _ in imports(text)} - seen:
-                    seen.add(top)
-                    if not any(INSTALLED.intersection(p.parts) for p in _places(top)):
-                        waiting.append(top)
-    return files
+                content = files[f"{package}/{path.relative_to(base)}"] = path.read_bytes()
+                if path.suffix == ".py":
+                    imported |= {*imports(content.decode("utf-8", "replace"))}
+        for top in {name.partition(".")[0] for name, _ in imported} - seen:
+            seen.add(top)
+            if not any(INSTALLED.intersection(place.parts) for place in places(top)):
+                waiting.append(top)
+    return files, imported
 
 
 def closure(
@@ -131,21 +134,19 @@ def closure(
 
     Returns
     -------
-    sources : by module, the content of its file; of `_outside` packages, all files.
+    sources : by module, the content of its file; of packages outside this project, all files.
     libraries : names of packages, without those of the standard library.
     """
-    sources = {member: path.read_bytes() for member, path in _outside(modules, packages).items()}
+    sources, imported = _outside(modules, packages)
     libraries = set()
-    names, seen = [(name, "") for name in modules], set[tuple[str, str]]()
-    texts = [content for member, content in sources.items() if member.endswith(".py")]
-    names += [name for text in texts for name in imports(text.decode())]
+    names, seen = [*((name, "") for name in modules), *imported], set[tuple[str, str]]()
     while names:
         name, member = names.pop()
         if (name, member) in seen:
             continue
         seen.add((name, member))
         package = name.partition(".")[0]
-        if package in without:
+        if not package or package in without:  # a relative import is of a package that counts
             continue
         if package not in packages:
             libraries.add(package)

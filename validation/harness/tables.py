@@ -1,7 +1,6 @@
 """A table as CSV (full precision, for programs), Markdown and LaTeX (rounded, for people)."""
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,10 @@ import pandas as pd
 
 from validation.harness.files import write_text
 
-LATEX = re.compile(r"([_%#$&{}])")
+LATEX = str.maketrans(  # pandas escapes cells alone
+    {mark: f"\\{mark}" for mark in "_%#$&{}"}
+    | {"\\": r"\textbackslash{}", "^": r"\textasciicircum{}", "~": r"\textasciitilde{}"}
+)
 
 
 def rounded(value: Any) -> str:
@@ -43,8 +45,8 @@ def write_table(folder: Path, name: str, table: pd.DataFrame, caption: str) -> N
         f"{caption}\n\n{people.to_markdown(index=False, disable_numparse=True)}\n",
     )
     people.columns = [heading(str(column)) for column in people.columns]
-    escaped = LATEX.sub(r"\\\1", caption)  # pandas escapes cells alone
-    latex = people.to_latex(index=False, escape=True, caption=escaped, label=f"tab:{name}")
+    written, label = caption.translate(LATEX), f"tab:{name}"
+    latex = people.to_latex(index=False, escape=True, caption=written, label=label)
     write_text(folder / f"{name}.tex", latex)
 
 

@@ -11,7 +11,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import get_args
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.provenance import installed
+from validation.harness.identity import places
 from validation.models.adapter import Adapter, Kind
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
@@ -61,16 +61,19 @@ def adapter(name: str, option: str = "--model") -> Adapter:
 
 
 def _fault(found: Adapter, name: str) -> str:
-    """What an adapter of that name must not be or lack; empty: nothing."""
+    """Why `found` is no adapter of that name; empty if it is one."""
     if missing := [member for member in MEMBERS if not hasattr(found, member)]:
         return f"lacks {', '.join(missing)}"
     if found.name != name:
         return f"calls itself {found.name!r}"
     if found.kind not in (kinds := get_args(Kind)):
         return f"has kind = {found.kind!r}: must be {' or '.join(kinds)}"
-    for source in found.sources:
-        if not installed(source.partition(".")[0]):
-            return f"has {source!r} among its sources, which is no installed module"
+    sources: object = found.sources
+    if not isinstance(sources, tuple):
+        return f"has sources = {sources!r}: must be a tuple of names of modules"
+    for source in sources:
+        if not places(str(source).partition(".")[0]):
+            return f"has {source!r} among its sources: name the modules of its code"
     return ""
 
 

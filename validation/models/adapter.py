@@ -56,7 +56,8 @@ class Adapter(Protocol):
     settings : NAME of the scene's table ``[solver.NAME]`` that it reads: hcm, fem or "" (none).
     sources : dotted names of the modules whose code makes its results, by which the store knows
         them; imports of this project's packages are followed. Of another project's package all
-        files count, data too: no run may write there.
+        files count, data too, and of the packages that it imports from a folder or an editable
+        install: no run may write there.
     resumable : whether it writes a restart file at the checkpoint as it goes.
     independent_of : packages of this project that have no part in its results, though reading a
         scene imports them

@@ -56,3 +56,9 @@ def leave_one_out() -> tuple[Variant, ...]:
         name = " and ".join(s for s in ORDER if s in without)
         found.append(Variant(f"without {name}", frozenset(ORDER) - without))
     return tuple(found)
+
+
+def short_name(name: str) -> str:
+    """A variant's name in a figure: its first assumption, and how many others need that."""
+    first, *others = name.split(" and ")
+    return first + f" and {len(others)} that need{'s' * (len(others) == 1)} it" * bool(others)

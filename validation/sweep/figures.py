@@ -17,7 +17,7 @@ from validation.sweep.sensitivity import Floats
 
 MOST_MAPPED = 8  # variables of a map: 28 panels
 WIDE = 20.0  # ratio of the largest to the smallest magnitude above which axes are logarithmic
-LINEAR = 1000.0  # at most, the largest over what axes of both signs are linear below
+LINEAR = 1000.0  # axes with both signs are linear below the largest value over this, at least
 TICKS = 5  # labels of a logarithmic axis, about: more run together
 
 

@@ -24,7 +24,7 @@ from validation.sweep.points import PointTable
 from validation.sweep.sensitivity import LEAST_POINTS, LEAST_Q2, MOST_MISSING, Floats, sobol
 
 WORST = 10
-BEYOND = "beyond both stated errors (%)"
+STATED, BEYOND = "with stated errors", "beyond both stated errors (%)"
 WITHIN = (0.02, 0.05)  # relative differences within which the table counts scenes
 REPORT = (
     *("index.html", "endings.*", "differences.*", "distribution.*"),
@@ -47,7 +47,7 @@ def pairs(plan: Plan) -> list[Pair]:
 
 
 def endings(data: xarray.Dataset, labels: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """A row per model and status, with what most of the runs that did not complete say."""
+    """A row per model and status; the most frequent message of runs that did not complete."""
     status, message = data["status"].values, data["message"].values
     for place, label in enumerate(labels):
         for name in np.unique(status[:, place]):
@@ -77,9 +77,17 @@ def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
             }
             row |= {f"within {100 * w:g} % (%)": 100 * float(np.mean(apart <= w)) for w in WITHIN}
         if known.any():
+            row[STATED] = int(known.sum())
             row[BEYOND] = 100 * float(np.mean(beyond[known]))
         rows.append(row)
     return rows
+
+
+def _beyond(row: dict[str, Any]) -> str:
+    if BEYOND not in row:
+        return ""
+    share = f"{row[BEYOND]:.0f} % differ by more than these together"
+    return f"; of the {row[STATED]} with stated errors {share}"
 
 
 def worst(
@@ -212,8 +220,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         apart = table(data, chosen)
         lead += [
             f"{row['models']}, {row['quantity']}: {two_digits(row['median (%)'])} % apart in the"
-            f" median of scenes ({row['scenes']}), {two_digits(row['largest (%)'])} % at most"
-            f"{f'; {row[BEYOND]:.0f} % of them beyond both stated errors' * (BEYOND in row)}."
+            f" median of {row['scenes']} scenes, {two_digits(row['largest (%)'])} % at most"
+            f"{_beyond(row)}."
             for row in apart
             if "median (%)" in row and row["quantity"] == TAP_AND_STRESS[0].title
         ]

@@ -37,8 +37,8 @@ RUNGS = {  # titles, and what the reference's uncertainty is
     ),
     3: (
         "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
-        "with --ladder what fingertap converge found, where its study lies in the same folder, "
-        "else the index or range over three meshes; without it the change from the mesh before",
+        "the change from the mesh before; with --ladder the index or range over three meshes, or "
+        "what fingertap converge found if its study lies in the same folder and is of this code",
     ),
     4: (
         "Rung 4, the paper: its own k against the ls-dyna-like reference",
@@ -164,10 +164,10 @@ def read_back_note(runs: Runs) -> str:
     )
 
 
-def heading(plan: Plan) -> str:
+def heading(of: Plan) -> str:
     """The page's heading: of which scenes, and which models it compares with what."""
-    references = [data.record.model for data in plan.data.values()] or [plan.reference]
-    scenes, models, others = map(" and ".join, (plan.scenes, plan.models, references))
+    references = [data.record.model for data in of.data.values()] or [of.reference]
+    scenes, models, others = map(" and ".join, (of.scenes, of.models, references))
     return f"{opening(scenes)} finger: {models} against {others}"
 
 

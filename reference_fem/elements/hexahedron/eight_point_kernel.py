@@ -23,7 +23,7 @@ Lanes past the last element have zero rows and repeat its nodes.
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import SAFE_MATH, compiled, inlined, njit
+from reference_fem.compiled import entry, inlined, kernel
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import (
@@ -99,7 +99,7 @@ def add_dilatation(s: Array, r: Array, q: int, a: int, b: int, c: int) -> None:
         s[DILATATION * LANES + lane] += dilatation(f, r, o)
 
 
-@compiled
+@kernel
 def block_dilatation(s: Array, r: Array) -> None:
     """Rows BASES.. of s and, in row DILATATION, sum_q w tr E = V e, from the nodal positions.
 
@@ -139,7 +139,7 @@ def lane_force(s: Array, r: Array, lane: int) -> float:
     return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + 0.5 * p * volume
 
 
-@compiled
+@kernel
 def block_force(s: Array, r: Array, stored: Stored) -> None:
     """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s.
 
@@ -199,7 +199,7 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     return e, d
 
 
-@compiled
+@kernel
 def damped_force(s: Array, r: Array, lag: float) -> None:
     """Rows 0..23 of s: damped forces replace positions; rows VELOCITIES.. hold velocities.
 
@@ -221,7 +221,7 @@ def damped_force(s: Array, r: Array, lag: float) -> None:
         s[RESULT * LANES + lane], s[POWER * LANES + lane] = energy, power
 
 
-@compiled
+@kernel
 def add_force(
     blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
     moving: Moving,
@@ -244,7 +244,7 @@ def add_force(
             stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
 
 
-@compiled
+@kernel
 def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf
@@ -261,7 +261,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     return float(smallest)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@entry
 def stresses(
     blocks: Blocks,
     displacement: Array,

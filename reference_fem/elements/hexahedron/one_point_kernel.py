@@ -23,7 +23,7 @@ Scratch rows: 24 of displacements (later forces), 24 of reference corners, two o
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import compiled, inlined, njit
+from reference_fem.compiled import inlined, kernel, njit
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import Four, Three
@@ -141,7 +141,7 @@ def lane_force(s: Array, r: Array, lane: int) -> tuple[float, float]:
     return strain_energy(d, c, mu, lame), 0.5 * k * squares
 
 
-@compiled
+@kernel
 def block_force(s: Array, r: Array, stored: Stored) -> None:
     """Rows 0..23 of s: the nodal forces in place of the nodal displacements.
 
@@ -154,7 +154,7 @@ def block_force(s: Array, r: Array, stored: Stored) -> None:
             s[RESULT * LANES + lane], s[(RESULT + 1) * LANES + lane] = strain, hourglass
 
 
-@compiled
+@kernel
 def block_det(s: Array) -> None:
     """Row RESULT of s: det F."""
     for lane in range(LANES):
@@ -177,7 +177,7 @@ def gather_both(blocks: Blocks, displacement: Array, block: int, s: Array) -> No
     gather(blocks.points, blocks.nodes[block], s, CORNERS)
 
 
-@compiled
+@kernel
 def add_force(
     blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
     _moving: Moving,
@@ -192,7 +192,7 @@ def add_force(
         stored[t, 1] += lane_sum(0.0, s, RESULT + 1)
 
 
-@compiled
+@kernel
 def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf

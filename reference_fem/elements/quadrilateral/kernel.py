@@ -18,7 +18,7 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies, 9..16 velocities,
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import SAFE_MATH, compiled, inlined, njit
+from reference_fem.compiled import entry, inlined, kernel
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Nodes, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import LOW, Three
 from reference_fem.elements.loops import implement
@@ -182,7 +182,7 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     return (f0[2] + f1[2]) + (f2[2] + f3[2]), (f0[3] + f1[3]) + (f2[3] + f3[3])
 
 
-@compiled
+@kernel
 def damped_force(s: Array, r: Array, lag: float) -> None:
     """`block_force` with damping; rows RESULT and POWER of s: energies and dissipation."""
     for lane in range(LANES):
@@ -190,7 +190,7 @@ def damped_force(s: Array, r: Array, lag: float) -> None:
         s[RESULT * LANES + lane], s[POWER * LANES + lane] = energy, power
 
 
-@compiled
+@kernel
 def block_force(s: Array, r: Array, stored: Stored) -> None:
     """Rows 0..7 of s: positions in, forces out.
 
@@ -235,7 +235,7 @@ def scatter(s: Array, blocks: Blocks, block: int, share: Index, t: int, out: Arr
             f[n, 1] += s[(4 + a) * LANES + lane]
 
 
-@compiled
+@kernel
 def add_force(
     blocks: Blocks, u: Array, block: int, share: Index, t: int, out: Array, stored: Stored,
     moving: Moving,
@@ -256,7 +256,7 @@ def add_force(
             stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
 
 
-@compiled
+@kernel
 def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> float:
     """See `loops`."""
     smallest = np.inf
@@ -271,7 +271,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     return float(smallest)
 
 
-@njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+@entry
 def stresses(
     blocks: Blocks,
     displacement: Array,

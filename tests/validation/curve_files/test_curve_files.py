@@ -295,7 +295,7 @@ def test_clipped_taps_are_told_from_round_tops(rounded: str, repeated: int) -> N
         humped = case % 2
         humps = force * (1.0 + 0.3 * humped * np.sin(4.0 * np.pi * (at + rng.uniform())))
         force = humps / humps.max() + rng.choice([0.0, 0.001, 0.01]) * rng.normal(size=at.size)
-        for clip in (0.0, rng.uniform(0.03, 0.5)):
+        for clip in (0.0, rng.uniform(0.03, 0.5), 1.0 - 1.0 / rng.uniform(3.0, 20.0)):
             tap = np.where((at > 0.0) & (at < 1.0), force, 0.0)
             tap = np.clip(tap, 0.0, 1.0 - clip if clip else None)
             if step := ROUNDED.get(rounded, 0.0):

@@ -165,12 +165,15 @@ def test_what_anothers_package_imports_from_a_folder_is_part_of_its_results(
     adapter = "import numpy\nimport sys\nimport nowhere\nfrom library.forces import force\n"
     (tmp_path / "thin.py").write_text(adapter)
     (tmp_path / "library").mkdir()  # without __init__.py it is a package too
-    (tmp_path / "library" / "forces.py").write_text("import constants\n")
+    coded = "# -*- coding: latin-1 -*-\n# N\xe4herung\nfrom .signs import UP\nimport constants\n"
+    (tmp_path / "library" / "forces.py").write_bytes(coded.encode("latin-1"))
+    (tmp_path / "library" / "signs.py").write_text("UP = 1\n")
     (tmp_path / "constants.py").write_text("G = 9.8\n")
     (tmp_path / "unused.py").write_text("")
     found = closure(["thin"])[0]
-    assert set(found) == {"thin/thin.py", "library/forces.py", "constants/constants.py"}
-    assert "numpy" in closure(["thin"])[1]
+    library = {"library/forces.py", "library/signs.py"}
+    assert set(found) == {"thin/thin.py", "constants/constants.py", *library}
+    assert "numpy" in program("thin")["versions"]
     (tmp_path / "constants.py").write_text("G = 9.81\n")
     assert source_digest(closure(["thin"])[0]) != source_digest(found)
     with pytest.raises(ModuleNotFoundError, match="nowhere"):

@@ -231,6 +231,8 @@ def test_model_that_cannot_be_loaded_or_is_none_is_named(
         (changed(name="other"), "mine", 1, "calls itself 'other'"),
         (changed(kind="surrogate"), "mine", 1, "kind = 'surrogate': must be reduced or reference"),
         (changed(sources=("rigid_rod", "nomod.x")), "mine", 1, "has 'nomod.x' among its"),
+        (changed(sources=("__main__",)), "mine", 1, "has '__main__' among its"),
+        (changed(sources="rigid_rod"), "mine", 1, "has sources = 'rigid_rod': must be a tuple"),
     ):  # fmt: skip
         install(what)
         ended = fingertap("run", "soft", "--model", model)

@@ -1,8 +1,10 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from tests.validation.commands import Make
-from validation.harness.tables import table_of
+from validation.harness.tables import table_of, write_table
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
     EFFICIENCY_COLUMNS,
@@ -49,3 +51,11 @@ def test_efficiency_rows_have_sources(make_record: Make) -> None:
     assert list(table.paper_memory_MB) == [582, 310.5]
     assert list(table.wall_time_s) == [0.25, 50]
     assert table.paper_source[1].startswith("paper: Table 3 (T3.3 T3.7)")
+
+
+def test_a_caption_means_in_latex_what_it_says(tmp_path: Path) -> None:
+    write_table(tmp_path, "one", table_of([{"a_b": 1.0}]), r"5 % of x_1 & {C:\d} #2 ~ $3^2")
+    assert (
+        r"\caption{5 \% of x\_1 \& \{C:\textbackslash{}d\} \#2 \textasciitilde{}"
+        r" \$3\textasciicircum{}2}"
+    ) in (tmp_path / "one.tex").read_text()

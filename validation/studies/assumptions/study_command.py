@@ -25,7 +25,13 @@ from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS, Quantity
 from validation.harness.tables import write_table
 from validation.harness.uncertainty import two_digits
-from validation.models.variants import Variant, all_variants, cumulative, leave_one_out
+from validation.models.variants import (
+    Variant,
+    all_variants,
+    cumulative,
+    leave_one_out,
+    short_name,
+)
 from validation.studies.assumptions.rule import rules
 from validation.studies.assumptions.study import (
     ACCURACIES,
@@ -44,7 +50,6 @@ from validation.studies.assumptions.study import (
     read_study,
     solved,
 )
-from validation.studies.assumptions.waterfall_command import short_name
 
 WANTED = {key: 5.0 if "stress" in key else 2.0 for key in KEYS}  # percent
 OUTER = 5.0  # percent: the wider limit on all four numbers of a scene
@@ -153,18 +158,26 @@ def _repeat(stored: pd.DataFrame, workers: int | None, out: Path) -> None:
     errors within `BARS` no longer are.
     """
     found = by_reference(stored, "again", workers, out)
-    bars = stored[ERRORS].to_numpy()
-    apart = ((found[KEYS] - stored[KEYS]).abs() / bars).max(axis=1, skipna=False)
-    states = (found[ERRORS] / bars).max(axis=1, skipna=False)
+    own = stored[ERRORS].to_numpy()
+    apart = ((found[KEYS] - stored[KEYS]).abs() / own).max(axis=1, skipna=False)
+    states = (found[ERRORS] / own).max(axis=1, skipna=False)
     for scene in stored.index:
         output(
             f"scene {scene}: {found.loc[scene, STATUS].lower()}, differs by {apart[scene]:.1e} of"
-            f" the stored errors, and states up to {states[scene]:.2g} times as large ones"
+            f" the stored errors, its errors are up to {states[scene]:.2g} times the stored ones"
         )
-    changed = ~(apart <= 1.0) | (known(stored) & ~known(found))
-    if changed.any():
-        named = ", ".join(map(str, stored.index[changed]))
-        raise RunFailedError(f"scenes {named}: beyond the stored errors, or errors beyond the bars")
+    limits = ", ".join(f"{100 * bar:g}" for bar in BARS.values())
+    faults = {
+        "numbers moved by more than the stored errors": ~(apart <= 1.0),
+        f"stated errors are no longer within {limits} %": known(stored) & ~known(found),
+    }
+    said = [
+        f"scenes {', '.join(map(str, stored.index[at]))}: {what}"
+        for what, at in faults.items()
+        if at.any()
+    ]
+    if said:
+        raise RunFailedError("; ".join(said))
 
 
 def numbers_of(runs: xarray.Dataset) -> Floats:

@@ -19,7 +19,7 @@ from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits, with_error
-from validation.models.variants import cumulative
+from validation.models.variants import cumulative, short_name
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
 from validation.validate.plan import assumption_jobs
@@ -96,12 +96,6 @@ def _said(runs: Iterable[RunRecord]) -> list[str]:
         f"{first}{f' and {len(more)} more' * bool(more)}: {doubt}"
         for doubt, (first, *more) in said.items()
     ]
-
-
-def short_name(name: str) -> str:
-    """A variant's name in a figure: its first assumption, and how many others need that."""
-    first, *others = name.split(" and ")
-    return first + f" and {len(others)} that need it" * bool(others)
 
 
 def _own_error(one: Difference) -> float | None:

@@ -65,7 +65,7 @@ def _report(folder: Path, quick: bool, points: list[Point], solid: list[Point]) 
     meant = reference_settings.FAILS
     failures = [one for one in every if not one.ok and not one.setting.startswith(meant)]
     if failures:
-        say(f"{len(failures)} settings failed; they are in the table and drawn as crosses")
+        say(f"settings that failed: {len(failures)}; the table has them, figures a cross for each")
     output(f"figures and tables: {page(folder)}")
 
 

@@ -99,9 +99,9 @@ def page(folder: Path) -> Path:
         tables = [found for name in names if (found := _table(folder, name))]
         parts = [part_of[name] for name in (*(p.stem for p in shown), *(t["name"] for t in tables))]
         if parts:
-            mine = {one["part"]: {**one, "created": _when(one), "quick": False} for one in parts}
+            mine = {one["part"]: {**one, "when": _when(one)} for one in parts}
             machines |= mine
-            dates = [f"{part}: measured {one['created']}." for part, one in mine.items()]
+            dates = [f"{part}: measured {one['when']}." for part, one in mine.items()]
             notes = [*section.get("notes", ()), *dates]
             sections.append({**section, "notes": notes, "figures": shown, "tables": tables})
     path = folder / "index.html"

@@ -316,7 +316,7 @@ def test_stored_numbers_that_are_not_found_again_fail(
     assert [asked[0] for asked in references] == [5]
     assert ended.code == 1
     assert ended.out.count("of the stored errors") == 5
-    assert "beyond the stored errors" in ended.err
+    assert "moved by more than the stored errors" in ended.err
 
 
 @pytest.mark.parametrize("times", [1.0, 10.0])
@@ -337,8 +337,8 @@ def test_stored_errors_that_are_not_found_again_fail(
     monkeypatch.setattr(study, "_swept", swept)
     ended = fingertap("study", "--again", 5, "--out", tmp_path)
     assert ended.code == int(times > 1.0)
-    assert ended.out.count(f"states up to {times:g} times as large ones") == 5
-    assert ("errors beyond the bars" in ended.err) == (times > 1.0)
+    assert ended.out.count(f"its errors are up to {times:g} times the stored ones") == 5
+    assert ("no longer within 1, 0.5, 2, 5 %" in ended.err) == (times > 1.0)
 
 
 @pytest.mark.parametrize(

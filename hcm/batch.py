@@ -37,7 +37,8 @@ if TYPE_CHECKING:
 # Scenes in a part, which one process takes at once, and parts that may wait per process.
 PART, AHEAD = 8, 8
 _FORKED = get_context("fork")
-# In a worker process: the event that is set when its results are no longer wanted.
+# In a worker process: a number that is not 0 when its results are no longer wanted. It is shared
+# without a lock, such as an event has: who is killed while he holds one stops all others for ever.
 _stop: Any = None
 # Statuses of a scene without a run: it was refused, or its solver raised an unexpected exception.
 REFUSED, FAILED = "REFUSED", "FAILED"
@@ -144,7 +145,7 @@ def simulate_each(
     if workers is not None and not (some := Bound(integer=True, at_least=1)).holds(workers):
         raise ParameterError(f"workers = {workers!r}: must be {some.allowed()}")
     count = workers or len(os.sched_getaffinity(0))
-    given, stop = iter(scenes), _FORKED.Event()
+    given, stop = iter(scenes), _FORKED.RawValue("b")
     yield from (_tap(scene, accuracy) for scene in islice(given, 1))
     waiting: deque[tuple[Part, Future[list[Outcome]]]] = deque()
     pool = _pool(count, stop)
@@ -165,7 +166,7 @@ def simulate_each(
                 waiting.extend((part, _submitted(pool, part, accuracy)) for part, _ in lost)
             yield from outcomes
     finally:  # on an interrupt too: runs end within a call of the loop
-        stop.set()
+        stop.value = 1
         for _, future in waiting:
             future.cancel()
         pool.shutdown()
@@ -196,7 +197,7 @@ def _alone(scene: Scene | ParameterError, accuracy: float | None, stop: Any) -> 
             why = "its process was killed twice (if for lack of memory, ask for fewer workers)"
             return Outcome(FAILED, why)
         except BaseException:
-            stop.set()
+            stop.value = 1
             raise
 
 
@@ -228,12 +229,12 @@ def simulate_many(
 
 
 def _taps(scenes: Part, accuracy: float | None) -> list[Outcome]:
-    return [_tap(scene, accuracy) for scene in scenes if not _stop.is_set()]
+    return [_tap(scene, accuracy) for scene in scenes if not _stop.value]
 
 
 def _watch(fraction: float, doing: str) -> None:
     del fraction, doing
-    if _stop is not None and _stop.is_set():
+    if _stop is not None and _stop.value:
         raise KeyboardInterrupt
 
 

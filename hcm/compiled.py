@@ -67,7 +67,7 @@ class CacheFile(IndexDataCacheFile):
 
 
 class InnerKernel(CPUDispatcher):
-    """A kernel without code for calls from Python, for which it is compiled anew by the first."""
+    """A kernel without code for calls from Python, of which the first such call compiles some."""
 
     def __call__(self, *args: Any) -> Any:
         """Call the kernel from Python, as the tests do."""
@@ -76,9 +76,11 @@ class InnerKernel(CPUDispatcher):
     @functools.cached_property
     def entry(self) -> Callable[..., Any]:
         """The kernel with code for calls from Python, not cached on disk."""
-        options = {**self.targetoptions, "no_cpython_wrapper": False, "inline": "never"}
+        kernel, options = self, {**self.targetoptions, "no_cpython_wrapper": False}
         del options["nopython"]
-        return njit(**options)(self.py_func)
+        # what is not inlined has its own code in the cache
+        inlined = options.pop("inline", "never") == "always"
+        return njit(**options)(self.py_func if inlined else lambda *args: kernel(*args))
 
 
 def options_of(*fastmath: str, **options: object) -> dict[str, object]:

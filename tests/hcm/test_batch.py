@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import nullcontext
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -139,6 +140,24 @@ def test_a_killed_process_costs_the_other_scenes_nothing(
     alike = [own(scene).summary for scene in given[:4]]
     assert [o.summary for o in outcomes[:4]] == alike
     assert not multiprocessing.active_children()
+
+
+def test_a_process_that_is_killed_holds_no_lock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of the flag that ends a batch: in one run of the test above all others waited for ever."""
+    own, asked = batch.simulate_scene, hcm.Surface(0.021, 0.5)
+    deadly = replace(SCENE, surface=asked)
+
+    def killed(scene: hcm.Scene, progress: Any) -> hcm.TapResult:
+        if scene == deadly:
+            condition = getattr(batch._stop, "_cond", nullcontext())
+            with condition:
+                os.kill(os.getpid(), signal.SIGKILL)
+        return own(scene, progress)
+
+    monkeypatch.setattr(batch, "simulate_scene", killed)
+    given = [SCENE, deadly, *[SCENE] * 3]
+    found = [outcome.status for outcome in hcm.simulate_each(given, workers=2)]
+    assert found == ["COMPLETED", "FAILED", *["COMPLETED"] * 3]
 
 
 def test_the_table_has_units_and_whole_columns() -> None:

@@ -76,7 +76,8 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
             _few_labels(axis)
-        axes[0, 0].legend()
+        figure, named = axes[0, 0].figure, axes[0, 0].get_legend_handles_labels()
+        figure.legend(*named, loc="outside lower center", ncols=2)
 
 
 def _few_labels(axis: Any) -> None:

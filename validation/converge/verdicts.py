@@ -1,6 +1,5 @@
 """Results of a convergence study: orders, limits, uncertainties, and the preset's error."""
 
-import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,10 +12,9 @@ from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import Values
 from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
 from validation.harness.console import say
-from validation.harness.identity import program
+from validation.harness.files import file_digest
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
-from validation.models import adapter
-from validation.models.inputs import scene_inputs
+from validation.models.inputs import run_inputs
 from validation.scenes.scene import Scene
 
 PRESET = "preset"
@@ -114,10 +112,9 @@ def study_of(tables: Scene, model: str, table: Path) -> dict[str, Any]:
     """What a study's ``convergence.csv`` belongs to, to be stored beside it: the scene, the code
     and libraries that made it, and its own digest.
     """
-    made_by = program(*adapter(model).sources, __name__, without=adapter(model).independent_of)
-    content = hashlib.sha256(table.read_bytes()).hexdigest()
-    by = {key: made_by[key] for key in ("source", "versions")}
-    return {**scene_inputs(tables, model), **by, "convergence_sha256": content}
+    inputs = run_inputs(tables, model, __name__, convergence_sha256=file_digest(table))
+    made_by = inputs.pop("program")
+    return inputs | {key: made_by[key] for key in ("source", "versions")}
 
 
 def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:

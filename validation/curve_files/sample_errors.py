@@ -65,8 +65,7 @@ def held(force: Floats) -> tuple[int, int]:
       step of the samples (`quantum`), at most `COARSEST` F, for the rise to a plateau looks like a
       step, and T 3/2 of the time that the force stays above F/2 about there
     - m is the longest run of equal samples between F/2 and F, else below, such as a converter
-      repeats. Also a
-      parabola of any curvature that is rounded stays a step below its top, on either side, for
+      repeats; a parabola that is rounded stays a step below its top, on either side, for
       (sqrt(2) - 1)/2, more than a fifth, of the time at its top
 
     force : (n,), N, of the tap with a sample without force at both ends; 0, 0 if none is positive.

@@ -46,7 +46,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     }
     normal, tangential = forces["normal_force"], forces.get("tangential_force")
     # rounded samples are off by up to half a step
-    least = max(hidden, 0.5 * quantum(normal) + ROUND_OFF * float(np.abs(normal).max()))
+    round_off = ROUND_OFF * float(np.abs(normal).max())
+    least = max(hidden, 0.5 * quantum(normal) + round_off)
     _check_pushes(samples, normal, least, origin, sidecar)
     touches = _touches(normal, least)
     tap, joined, count = _first_tap(samples, time, normal, touches, least, origin, sidecar)
@@ -65,7 +66,6 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         ) + excess(pulled, zero_line(tangential[~touches]).scatter)
     notes.append(_of_the_whole(sidecar, beside))
     axes = [name for name in AXES if name in forces]
-    round_off = ROUND_OFF * float(np.abs(normal).max())
     idle = ~touches & np.any([np.abs(forces[name]) > round_off for name in axes], axis=0)
     if idle.any():
         most = max(least, float(normal[idle].max())) / body

@@ -90,6 +90,19 @@ def write_json(path: Path, value: Mapping[str, Any]) -> None:
     write_text(path, json.dumps(plain(value), indent=2, allow_nan=False) + "\n")
 
 
+def remove(folder: Path, *patterns: str) -> None:
+    """Remove a folder's files of these names, which may have wildcards: an earlier result's."""
+    for pattern in patterns:
+        for old in folder.glob(pattern):
+            old.unlink(missing_ok=True)
+
+
+def file_digest(path: Path) -> str:
+    """SHA-256 of a file's content."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
 def output_folder(path: Path) -> Path:
     """Create the folder and prove that it can be written to, before any work is done.
 

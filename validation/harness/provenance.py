@@ -46,6 +46,11 @@ def processor() -> str:
     return f"{name}, {cores()} cores"
 
 
+def now() -> str:
+    """Date and time, UTC."""
+    return datetime.now(UTC).isoformat(timespec="seconds")
+
+
 def provenance(document: dict[str, Any]) -> dict[str, Any]:
     """Scene, versions, machine and date of a run."""
     return {
@@ -54,5 +59,5 @@ def provenance(document: dict[str, Any]) -> dict[str, Any]:
         "python": platform.python_version(),
         "platform": platform.platform(),
         "processor": processor(),
-        "created": datetime.now(UTC).isoformat(timespec="seconds"),
+        "created": now(),
     }

@@ -34,6 +34,7 @@ import numpy as np
 
 from validation.errors import reason
 from validation.harness.console import say
+from validation.harness.files import file_digest
 
 Value = TypeVar("Value")
 Inputs = Mapping[str, Any]
@@ -203,8 +204,7 @@ def _digests(folder: Path) -> dict[str, str]:
         if path.is_symlink() or not (path.is_file() or path.is_dir()):
             raise DamagedError(f"{name} is a link or not a file")
         if path.is_file() and name != MANIFEST:
-            with path.open("rb") as file:
-                found[name] = hashlib.file_digest(file, "sha256").hexdigest()
+            found[name] = file_digest(path)
     return found
 
 

@@ -36,10 +36,15 @@ def for_people(table: pd.DataFrame) -> pd.DataFrame:
     return table.dropna(axis="columns", how="all").map(rounded)
 
 
-def write_table(folder: Path, name: str, table: pd.DataFrame, caption: str) -> None:
-    """Write ``name.csv``, ``name.md`` and ``name.tex``."""
+def write_table(
+    folder: Path, name: str, table: pd.DataFrame, caption: str, shown: pd.DataFrame | None = None
+) -> None:
+    """Write ``name.csv``, ``name.md`` and ``name.tex``.
+
+    shown : what people see in the latter two; None: the table.
+    """
     write_text(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.10g"))
-    people = for_people(table)
+    people = for_people(table if shown is None else shown)
     write_text(
         folder / f"{name}.md",
         f"{caption}\n\n{people.to_markdown(index=False, disable_numparse=True)}\n",

@@ -1,10 +1,10 @@
 """The inputs of a model's run, under which a store holds its result."""
 
-import hashlib
 import os
 from pathlib import Path
 from typing import Any
 
+from validation.harness.files import file_digest
 from validation.harness.identity import program
 from validation.models import adapter
 from validation.scenes.scene import Scene
@@ -27,7 +27,7 @@ def _content(path: Path) -> str:
     if not os.path.isfile(path):  # a pipe would never end, a path with a null byte is invalid
         return ""
     try:
-        return hashlib.sha256(path.read_bytes()).hexdigest()
+        return file_digest(path)
     except OSError:
         return ""
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from validation.harness.files import write_dataset, write_text
+from validation.harness.files import remove, write_dataset, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
 from validation.harness.stored_run import restored
@@ -94,8 +94,7 @@ def write(folder: Path, dataset: xarray.Dataset) -> None:
 
 def clear(folder: Path) -> None:
     """Remove an older dataset, which does not fit the new results and may be of another plan."""
-    for name in (DATASET, TABLE):
-        (folder / name).unlink(missing_ok=True)
+    remove(folder, DATASET, TABLE)
 
 
 @dataclass(frozen=True)

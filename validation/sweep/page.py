@@ -11,6 +11,7 @@ import numpy as np
 import xarray
 
 from validation.harness import page
+from validation.harness.files import remove
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS
 from validation.harness.uncertainty import two_digits
@@ -196,8 +197,7 @@ SOBOL_NOTE = (
 
 def clear_report(folder: Path) -> None:
     """Remove an older report, which does not fit the new dataset and may be of other models."""
-    for old in itertools.chain.from_iterable(map(folder.glob, REPORT)):
-        old.unlink(missing_ok=True)
+    remove(folder, *REPORT)
 
 
 def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Dataset) -> Path:

@@ -13,7 +13,7 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Fresh, Overrides
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLACK, ORANGE, panels
-from validation.harness.files import exclusive_folder, safe_name, write_text
+from validation.harness.files import exclusive_folder, remove, safe_name
 from validation.harness.quantities import TAP_AND_STRESS, finite
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -48,8 +48,7 @@ def waterfall(
     named = load_scene(scene, overrides)
     store = Store(out / "store", fresh)
     with exclusive_folder(out / "waterfall" / safe_name(named.name)) as folder:
-        for old in folder.glob("waterfall.*"):  # an earlier call's, perhaps with other overrides
-            old.unlink(missing_ok=True)
+        remove(folder, "waterfall.*")  # an earlier call's, perhaps with other overrides
         with progress_bar(f"waterfall {named.name}") as progress:
             progress(0.0, REFERENCE)
             job = Job(scene, REFERENCE, tuple(overrides))
@@ -138,9 +137,7 @@ def _write(
     known = {f"{one.quantity.title} (%)": _known(one) for one in rows[0]}
     shown.append({"assumptions": OWN, **known})
     caption = ". ".join((title, *(f"Caution: {text}" for text in cautions)))
-    write_table(folder, "waterfall", table_of(shown), caption)
-    # for programs: all digits
-    write_text(folder / "waterfall.csv", table_of(full).to_csv(index=False, float_format="%.10g"))
+    write_table(folder, "waterfall", table_of(full), caption, table_of(shown))
     _draw(folder / "waterfall.png", title, rows, runs)
 
 

@@ -12,11 +12,11 @@ import pandas as pd
 
 from validation import DATA
 from validation.harness.console import output
-from validation.harness.files import write_json, write_text
+from validation.harness.files import remove, write_json, write_text
 from validation.harness.page import write_page
-from validation.harness.provenance import provenance
+from validation.harness.provenance import now, provenance
 from validation.harness.tables import for_people, table_of
-from validation.studies.bench.work_precision import Point, now
+from validation.studies.bench.work_precision import Point
 
 
 def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool = True) -> None:
@@ -44,9 +44,7 @@ def measured_part(folder: Path, quick: bool, *names: str, **extra: object) -> It
     ------
     A list that takes the part's points, if it has any: those read back have dates of their own.
     """
-    for name in names:
-        for old in folder.glob(f"{name}.*"):
-            old.unlink(missing_ok=True)
+    remove(folder, *(f"{name}.*" for name in names))
     where = provenance({})
     where.pop("scene_toml")
     load = os.getloadavg() if hasattr(os, "getloadavg") else None

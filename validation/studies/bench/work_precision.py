@@ -6,7 +6,6 @@ A `Solver` says how a solver makes a run of a setting, and how a run's result is
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
@@ -15,6 +14,7 @@ import reference_fem
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.console import say
 from validation.harness.identity import program
+from validation.harness.provenance import now
 from validation.harness.store import Store
 from validation.harness.timing import LEAST_RUNS, Timed, shortest
 from validation.models import adapter
@@ -98,11 +98,6 @@ class Point:
     def ok(self) -> bool:
         """Whether there is a time and an error to draw."""
         return self.errors is not None and math.isfinite(self.wall_time_s)
-
-
-def now() -> str:
-    """Date and time, UTC."""
-    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def simulation(model: str, overrides: Sequence[str]) -> partial[Any]:

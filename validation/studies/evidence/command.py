@@ -1,13 +1,12 @@
 """``fingertap evidence``: what others computed or measured, beside what we compute."""
 
-import hashlib
 from functools import partial
 from pathlib import Path
 
 from validation.harness import identity
 from validation.harness.command_line import Flag, Fresh
 from validation.harness.console import output, progress_bar
-from validation.harness.files import exclusive_folder
+from validation.harness.files import exclusive_folder, file_digest
 from validation.harness.page import bar
 from validation.harness.store import Store
 from validation.models.adapter import Progress
@@ -86,7 +85,7 @@ def look(piece: Piece, quick: bool, store: Store, progress: Progress) -> Shown:
     """A piece's rows, stored or new, or why there are none."""
     inputs = {
         "result": "evidence", "piece": piece.name, "program": identity.program(*piece.modules),
-        "data": [hashlib.sha256(path.read_bytes()).hexdigest() for path in piece.data],
+        "data": [*map(file_digest, piece.data)],
     }  # fmt: skip
     found = store.find(inputs, list[EvidenceRow])
     if found is None:

@@ -31,7 +31,8 @@ class FingerMesh:
         or the edges of a shaft's hole in it.
     facet_sets : nodes of outer facets by name, (k, 4 or 2), outward oriented: ``surface`` (all of
         the last phalanx that can touch), ``tip``
-    cell_sets : sorted element numbers by name: ``phalanx_w``
+    cell_sets : sorted element numbers by name: ``phalanx_w``, and ``relaxing``: if there is such a
+        set, its elements alone have their material's relaxation time
     shape : geometry of the meshed finger, if it is known; flat facets leave some of its volume
         out
     ties : (h, 5 or 3), nodes that hang on their neighbours' sides, each followed by the nodes at

@@ -30,6 +30,10 @@ HALVINGS = 3
 # edges of 0.25, 0.18 and 0.14 a; with 0.03 a / c 10.80, 10.77 and 10.77 N, with 0.15 a / c 10.77,
 # 10.74 and 10.75 N. Frictionless, 0.03 a / c lowers its peak by 0.2 %, its impulse by 0.01 %.
 RELAXATION_SHARE = 0.02
+# Distance from the touch, over a, within which elements have it: flutter lives at the contact. Of
+# four random fingers whose peak it moves, 1, 2, 3 and 4 a agree to 0.1 %; the whole finger relaxing
+# takes up to 0.5 % from the peak and 1 % from the stress at R, by its vibration.
+RELAXATION_REACH = 2.0
 # Friction from which on a relaxation time is set. It moved the peak or the impulse of 20 of 74
 # random fingers with friction above 0.35 by over 1 % (at most 11 %); among the study's 21 with 0.15
 # to 0.35 the peak of one by 5 % (0.24, nu = 0.485) and of three by 0.6 to 0.8 %; in 16 with less by
@@ -49,6 +53,7 @@ class Sizes:
     halvings : how often cells are halved in place between the shafts' size and that edge
     element : in 3D; None is the default, the one-point element takes a third of its time
     relaxation : relaxation time of the material where the tip slides, over a / c
+    reach : distance from the touch within which elements have it, over a
     """
 
     edge: float
@@ -57,6 +62,7 @@ class Sizes:
     halvings: int
     element: str | None
     relaxation: float
+    reach: float
 
 
 def sizes_for(accuracy: float, friction: float = 0.0) -> Sizes:
@@ -79,4 +85,5 @@ def sizes_for(accuracy: float, friction: float = 0.0) -> Sizes:
         halvings=HALVINGS,
         element=ONE_POINT if accuracy >= ONE_POINT_FROM else None,
         relaxation=RELAXATION_SHARE if friction >= FLUTTER_FRICTION else 0.0,
+        reach=RELAXATION_REACH,
     )

@@ -101,6 +101,8 @@ def build_model(
             for m in materials
         ]
     )[phalanx].T.copy()
+    if "relaxing" in mesh.cell_sets:
+        relaxation *= np.isin(np.arange(len(cells)), mesh.cell_sets["relaxing"])
     radii = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])
     radius = radii[phalanx]
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radius),)

@@ -131,12 +131,14 @@ class ElementKernel:
         stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
         u = self._checked(displacement)
         self.kind.stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
-        if self.damped and velocity is not None:
-            of_cells = self.cells, self.gradients, chosen
+        relaxing = np.flatnonzero(self.relaxation[chosen])
+        if velocity is not None and relaxing.size:
+            some = chosen[relaxing]
+            of_cells = self.cells, self.gradients, some
             f = field_gradients(self.points + u, *of_cells)
             rate = field_gradients(self._checked(velocity), *of_cells)
-            stress += damping_stress(
-                f, rate, *(tau[chosen] for tau in (self.mu, self.lame, self.relaxation))
+            stress[relaxing] += damping_stress(
+                f, rate, *(of[some] for of in (self.mu, self.lame, self.relaxation))
             )
         return stress
 

@@ -80,6 +80,33 @@ def test_uniform_strain_rate(dim: int) -> None:
 
 
 @both
+def test_blocks_without_a_relaxation_time_take_elastic_forces(dim: int) -> None:
+    """A material of two parts: each has its own forces and dissipation, to the last bits."""
+    whole = damped(dim, (9, 4, 3))
+    points, cells = whole.points, whole.cells
+    taus = np.where(np.arange(len(cells)) < 20, TAU, 0.0)  # a block and a quarter
+    given = material(len(cells))
+    if dim == 3:
+        part = hex8(points, cells, *given, taus)
+    else:
+        part = quad4_plane_stress(points, cells, *given, np.full(cells.shape, THICKNESS), taus)
+    u, v = moved(points, 3), 1e3 * moved(points, 4)
+    added, (stored, _, power) = with_rates(part, u, v, 0.0)
+    everywhere, (_, _, most) = with_rates(whole, u, v, 0.0)
+    apart = np.setdiff1d(np.arange(len(points)), cells[:20])
+    inside = np.setdiff1d(np.arange(len(points)), cells[20:])
+    scale = np.abs(everywhere).max()
+    np.testing.assert_allclose(added[inside], everywhere[inside], atol=1e-12 * scale)
+    np.testing.assert_allclose(added[apart], 0.0, atol=1e-12 * np.abs(force(part, u)).max())
+    assert stored == pytest.approx(whole.energies(u)[0], rel=1e-13)
+    assert 0.0 < power < most
+    assert np.sum(added * v) == pytest.approx(power, rel=1e-10)
+    still = part.cell_stress(u, velocity=v) - part.cell_stress(u)
+    assert not still[20:].any()
+    assert still[:20].any(axis=1).all()
+
+
+@both
 def test_damping_is_symmetric_and_takes_what_its_forces_do(dim: int) -> None:
     """v . D(u) w = w . D(u) v, and the power is v . D v >= 0."""
     k = damped(dim)

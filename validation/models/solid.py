@@ -82,7 +82,7 @@ class Solid(Adapter):
             coarse = solid_mesh.flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
-            materials = solid_mesh.materials_within(tables, touch, materials)
+            elastic, materials = materials, solid_mesh.materials_within(tables, touch, materials)
             damped = any(m.relaxation_time for m in materials)
             sizes = solid_mesh.sizes_of(tables)
             if sizes is not None and self.dimension == 3 and settings.element is None:
@@ -92,6 +92,11 @@ class Solid(Adapter):
                 beside, compared = taps[-1]
             elif settings.estimate:
                 beside = solid_mesh.companion(tables, self.dimension, sizing)
+            if materials != elastic:
+                mesh, coarse, beside = (
+                    body and solid_mesh.relaxing_near(tables, touch, sizing, body)
+                    for body in (mesh, coarse, beside)
+                )
             if settings.element == reference_fem.ONE_POINT and self.dimension == 3 and not warm:
                 _warm_up_element(self, settings.element, damped)
             start = time.perf_counter()

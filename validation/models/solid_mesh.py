@@ -6,6 +6,8 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from validation.models.solid_inputs import Dimension, finger_geometry, solid_parts, start_of
 from validation.scenes.scene import Scene
 
@@ -194,6 +196,26 @@ def materials_within(
         return materials
     share = sizes.relaxation * touch.patch_radius
     return tuple(replace(m, relaxation_time=share / m.bar_speed) for m in materials)
+
+
+def relaxing_near(
+    tables: Scene, touch: reference_fem.Touch, sizing: meshes.Sizing, mesh: meshes.FingerMesh
+) -> meshes.FingerMesh:
+    """The mesh with its elements near the touch as the set ``relaxing``.
+
+    The touch at rest is c + R (-cos, -sin)(angle), c the centre of the tip's ball, R its radius.
+    Where a shaft touches, which may be all along, all elements are left to relax.
+    """
+    sizes, radius = sizes_of(tables), tables.tip_radius
+    if sizes is None or sizing.lies:
+        return mesh
+    place = np.zeros(mesh.dim)
+    tip = -sum(tables.per_phalanx(tables.finger.length))
+    place[0] = tip + radius * (1.0 - math.cos(touch.angle))
+    place[1] = -radius * math.sin(touch.angle)
+    centres = mesh.points[mesh.cells].mean(axis=1)
+    near = np.linalg.norm(centres - place, axis=1) <= sizes.reach * touch.patch_radius
+    return replace(mesh, cell_sets={**mesh.cell_sets, "relaxing": np.flatnonzero(near)})
 
 
 def size_scale(tables: Scene) -> float:

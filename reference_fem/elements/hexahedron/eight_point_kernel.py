@@ -16,7 +16,7 @@ The covariant base vectors come from the edges (`edges`), each point has a frame
 Layout: blocks of LANES elements in structure-of-arrays form, so the compiler vectorises over lanes.
 `reference[block, row*LANES + lane]`: rows 7q..7q+6 hold R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w
 (m^3) of the point nearest to corner q, row 56 mu (Pa), row 57 lambda/V (Pa/m^3).
-Where there is damping, row 58 tau (s).
+Where there is damping, row 58 tau (s); a block without any takes the forces without damping.
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
@@ -59,6 +59,7 @@ RATES = VELOCITIES + 24
 DILATATION_RATE = RATES + 36
 POWER = DILATATION_RATE + 1
 SCRATCH_ROWS = POWER + 1
+RELAXATION = 8 * POINT_ROWS + 2  # row of `reference`
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.
 VALUES = (
     (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
@@ -174,7 +175,7 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     v = at_points(load_bases(s, RATES + 12, lane))
     w = at_points(load_bases(s, RATES + 24, lane))
     step = POINT_ROWS * LANES
-    mu, k, tau = r[56 * LANES + lane], r[57 * LANES + lane], r[58 * LANES + lane]
+    mu, k, tau = r[56 * LANES + lane], r[57 * LANES + lane], r[RELAXATION * LANES + lane]
     volume, rate = s[DILATATION * LANES + lane], s[DILATATION_RATE * LANES + lane]
     p, e, d = k * (volume + tau * rate), 0.5 * k * volume * volume, tau * k * rate * rate
     t = lane
@@ -230,18 +231,18 @@ def add_force(
     s = blocks.scratch[t]
     r = blocks.reference[block]
     gather_positions(blocks.points, u, blocks.nodes[block], s)
-    if moving is None:
-        block_dilatation(s, r)
-        block_force(s, r, stored)
-    else:
+    if moving is not None and lane_sum(0.0, r, RELAXATION) > 0.0:
         velocity, lag = moving
         gather(velocity, blocks.nodes[block], s, VELOCITIES)
         damped_force(s, r, lag)
+        if stored is not None:
+            stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
+    else:
+        block_dilatation(s, r)
+        block_force(s, r, stored)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
         stored[t, 0] += lane_sum(0.0, s, RESULT)
-        if moving is not None:
-            stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
 
 
 @kernel

@@ -30,6 +30,7 @@ RESULT = 8
 VELOCITIES = RESULT + 1
 POWER = VELOCITIES + 8
 SCRATCH_ROWS = POWER + 1
+RELAXATION = 4 * POINT_ROWS + 2  # row of `reference`: tau (s), where there is damping
 
 
 class Quad4Blocks(Blocks):
@@ -172,7 +173,7 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     step = POINT_ROWS * LANES
     x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
     v, w = base_vectors(s, VELOCITIES, lane), base_vectors(s, VELOCITIES + 4, lane)
-    mu, lame, tau = r[16 * LANES + lane], r[17 * LANES + lane], r[18 * LANES + lane]
+    mu, lame, tau = r[16 * LANES + lane], r[17 * LANES + lane], r[RELAXATION * LANES + lane]
     f0 = damped_point(x[0], y[0], v[0], w[0], r, lane, mu, lame, tau, lag)
     f1 = damped_point(x[1], y[1], v[1], w[1], r, lane + step, mu, lame, tau, lag)
     f2 = damped_point(x[2], y[2], v[2], w[2], r, lane + 2 * step, mu, lame, tau, lag)
@@ -242,18 +243,19 @@ def add_force(
 ) -> None:  # fmt: skip
     """See `loops`."""
     s = blocks.scratch[t]
+    r = blocks.reference[block]
     gather(blocks.points, u, blocks.nodes[block], s)
-    if moving is None:
-        block_force(s, blocks.reference[block], stored)
-    else:
+    if moving is not None and lane_sum(0.0, r, RELAXATION) > 0.0:
         velocity, lag = moving
         gather_rates(velocity, blocks.nodes[block], s)
-        damped_force(s, blocks.reference[block], lag)
+        damped_force(s, r, lag)
+        if stored is not None:
+            stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
+    else:
+        block_force(s, r, stored)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
         stored[t, 0] += lane_sum(0.0, s, RESULT)
-        if moving is not None:
-            stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
 
 
 @kernel

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import reference_fem
-from reference_fem.accuracy import sizes_for
+from reference_fem.accuracy import RELAXATION_REACH, sizes_for
 from validation.errors import UserError
 from validation.harness.record import RunRecord
 from validation.models import solid, solid_accuracy, solid_inputs, solid_mesh
@@ -73,6 +73,41 @@ def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: 
     for one in solid_mesh.materials_within(tables, touch, given):
         wanted = share and share * touch.patch_radius / one.bar_speed
         assert one.relaxation_time == pytest.approx(wanted, rel=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_elements_near_the_touch_alone_relax(dimension: solid_inputs.Dimension) -> None:
+    """The lowest point of the ball at the predicted angle; all relax where a shaft touches."""
+    tables = load_scene("soft", [STRICT]).tables
+    sizing, touch = solid_mesh.sizing_of(tables, dimension)
+    mesh = solid_mesh.build_mesh(tables, dimension, sizing)
+    marked = solid_mesh.relaxing_near(tables, touch, sizing, mesh)
+    centres = mesh.points[mesh.cells].mean(axis=1)[:, :2]
+    surface = mesh.points[np.unique(mesh.facet_sets["surface"]), :2]
+    turned = touch.angle - 0.5 * np.pi  # of the surface's normal in the finger's frame
+    lowest = surface[np.argmax(surface @ [np.sin(turned), -np.cos(turned)])]
+    away = np.linalg.norm(centres - lowest, axis=1) / touch.patch_radius
+    relaxing = np.isin(np.arange(len(centres)), marked.cell_sets["relaxing"])
+    if dimension == 3:
+        away = np.hypot(away, mesh.points[mesh.cells].mean(axis=1)[:, 2] / touch.patch_radius)
+    slack = 0.5  # a node is up to half an edge from the predicted point
+    assert relaxing[away < RELAXATION_REACH - slack].all()
+    assert not relaxing[away > RELAXATION_REACH + slack].any()
+    assert 20 < relaxing.sum() < 0.5 * len(relaxing)
+    lying = replace(sizing, contact_angle=0.5 * np.pi)
+    assert solid_mesh.relaxing_near(tables, touch, lying, mesh) is mesh
+
+
+def test_damping_far_from_the_touch_moves_no_number_by_its_error() -> None:
+    """1e-3 of the paper's soft finger, at an accuracy of 1e-2: it differs by 1e-4."""
+    asked = "solver.accuracy=1e-2", "solver.fem.estimate=false"
+    near = solve(load_scene("soft", asked), "fem3d", None).record
+    tau = {c["setting"]: c["value"] for c in near.accuracy["choices"]}["relaxation_time"]
+    stated = load_scene("soft", (*asked, f"material.relaxation_time={tau}"))
+    everywhere = solve(stated, "fem3d", None).record
+    for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
+        assert near.value(key) == pytest.approx(everywhere.value(key), rel=1e-3)
+        assert near.value(key) != everywhere.value(key)
 
 
 def test_an_accuracy_leaves_a_mesh_file_as_it_is() -> None:

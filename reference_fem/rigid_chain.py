@@ -72,11 +72,13 @@ class RigidChain:
     def _products(self, angles: Array) -> tuple[ComplexArray, ComplexArray]:
         """Σ_w m_w conj(b_wj) b_wk, (P, P): real part b_j·b_k, imaginary (e x b_j)·b_k; and e^iθ."""
         turns = np.exp(1j * angles)
-        return self.arm_products * np.outer(turns.conj(), turns), turns
+        return self.arm_products * (turns.conj()[:, None] * turns), turns
 
     def _joint_inertia(self, products: ComplexArray) -> Array:
         """Σ_w m_w b_wj·b_wk + δ_jk J_j, (P, P)."""
-        return products.real + np.diag(self.inertia)
+        inertia = products.real.copy()
+        inertia.flat[:: self.links + 1] += self.inertia
+        return inertia
 
     def mobility(self, state: ChainState, place: Array) -> tuple[Array, Array]:
         """What an impulse p at `place` (2,) of the last body adds to its velocity: G p.

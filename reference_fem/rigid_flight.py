@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from reference_fem.arrays import Array
 from reference_fem.model import Model
-from reference_fem.rigid_chain import ChainState, RigidChain, pose
+from reference_fem.rigid_chain import ChainState, RigidChain
 from reference_fem.settings import Settings
 
 LONGEST_STEP_S = 5e-3
@@ -122,13 +122,15 @@ def first_closing(
 
 def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
     """Height above the plane of the lowest point that may touch, m, as a function of the angles."""
-    nodes, lowest = model.contact.nodes, model.contact.touching_points
-    points, bodies = model.points[nodes], model.body_of_point[nodes]
+    nodes, lowest, body = model.contact.nodes, model.contact.touching_points, model.touching_body
+    position, hinges = model.points[nodes], chain.origins @ [1.0, 1j]  # X + iY
+    links, arms = np.diff(hinges)[:body], position[:, :2] @ [1.0, 1j] - hinges[body]
 
     def gap(angles: Array) -> float:
-        still = ChainState(angles, np.zeros_like(angles), 0.0)
-        displacement, _ = pose(chain, still, points, bodies)
-        return float(np.min(lowest(points + displacement)[:, 1])) + model.surface.height
+        turns = np.exp(1j * angles)
+        place = hinges[0] + links @ turns[:body] + turns[body] * arms
+        position[:, 0], position[:, 1] = place.real, place.imag
+        return float(np.min(lowest(position)[:, 1])) + model.surface.height
 
     return gap
 

@@ -4,10 +4,12 @@ import math
 
 import numpy as np
 
-from reference_fem.arrays import Array
+from reference_fem.arrays import Array, Index
+from reference_fem.compiled import njit
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.elements.geometry import CORNERS, reference_element
+from reference_fem.elements.stress import lower
 from reference_fem.model import Model
 from reference_fem.result import Sample, Status
 from reference_fem.settings import Settings
@@ -90,14 +92,34 @@ def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
     All Gauss points count, also those that a 1-point element does not use. The sign is that of
     det F; NaN if one is NaN. Parameters: displacement (n_points, dim), pressure (n_points,).
     """
-    cells = model.cells.take(model.contact_cells, 0)
-    cells = cells[(pressure > 0.0).take(cells).any(axis=1)]
-    if not cells.size:
-        return np.inf
-    corners = model.points.take(cells, 0) + displacement.take(cells, 0)
-    jacobians = np.tensordot(corners, SLOPES[displacement.shape[1]], ((1,), (0,)))
-    with np.errstate(invalid="ignore"):  # a displacement that is not finite makes the NaN
-        return float(np.linalg.det(jacobians.swapaxes(1, 2)).min())
+    cells, slopes = model.cells[model.contact_cells], SLOPES[displacement.shape[1]]
+    return float(_least_det(model.points, displacement, cells, pressure, slopes))
+
+
+@njit(cache=True, error_model="numpy")
+def _least_det(
+    points: Array, displacement: Array, cells: Index, pressure: Array, slopes: Array
+) -> float:
+    corners, n_q, dim = slopes.shape
+    least, j = np.inf, np.empty((dim, dim))
+    for cell in cells:
+        touches = False
+        for node in cell:
+            touches = touches or pressure[node] > 0.0
+        for q in range(n_q if touches else 0):
+            j[:] = 0.0
+            for a in range(corners):
+                for i in range(dim):
+                    x = points[cell[a], i] + displacement[cell[a], i]
+                    for k in range(dim):
+                        j[i, k] += x * slopes[a, q, k]
+            det = j[0, 0] * j[1, 1] - j[0, 1] * j[1, 0]
+            if dim == 3:
+                det *= j[2, 2]
+                det += j[0, 2] * (j[1, 0] * j[2, 1] - j[1, 1] * j[2, 0])
+                det += j[1, 2] * (j[0, 1] * j[2, 0] - j[0, 0] * j[2, 1])
+            least = lower(least, det)
+    return least
 
 
 def _passed_through(model: Model, state: State) -> Failure | None:

@@ -161,10 +161,12 @@ def advance(
         elif code == RUNNING and contact.normal_mode == FLIGHT and contact.gap_ref < 0.0 < gap:
             contact = ContactState(FLIGHT, contact.tangential_mode, 0.0, 0.0, 0.0, x)
         totals = RunTotals(
-            totals.time, phase_start, next_step, taps, instant,
-            totals.rejected + repeats, totals.trials + trials, totals.chatter_steps + int(chatter),
-            totals.friction_loss, totals.restitution_loss, material_loss, totals.drive_work,
-            totals.speed, totals.force,
+            time=totals.time, phase_start=phase_start, step=next_step, taps=taps, instant=instant,
+            rejected=totals.rejected + repeats, trials=totals.trials + trials,
+            chatter_steps=totals.chatter_steps + int(chatter),
+            friction_loss=totals.friction_loss, restitution_loss=totals.restitution_loss,
+            material_loss=material_loss, drive_work=totals.drive_work,
+            speed=totals.speed, force=totals.force,
         )  # fmt: skip
         if h > 0.0 or kind != NO_EVENT:
             write_row(rows[n_rows], reactions[n_rows], old, totals, contact, integrator, probe)

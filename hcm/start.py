@@ -221,8 +221,10 @@ def write_flight(
         work -= flight.torque_change_work[m]
         fastest = max(fastest, abs(old.v[tip]) + abs(old.v[tip + 1]))
         totals = RunTotals(
-            time[m], time[0], step, 0, 0, flight.repeats, flight.trials, 0, 0.0, 0.0, 0.0, work,
-            fastest, 0.0,
+            time=time[m], phase_start=time[0], step=step, taps=0, instant=0,
+            rejected=flight.repeats, trials=flight.trials, chatter_steps=0,
+            friction_loss=0.0, restitution_loss=0.0, material_loss=0.0, drive_work=work,
+            speed=fastest, force=0.0,
         )  # fmt: skip
         write_row(rows[m], reactions[m], old, totals, contact, integrator, probe)
         if depth(old.q, beams, outline)[1] >= 0:

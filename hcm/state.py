@@ -95,7 +95,11 @@ def build_motion(chain: Chain, q: Floats, v: Floats) -> Motion:
 @entry
 def initial_totals(time: float, step: float) -> RunTotals:
     """Totals of a run that begins."""
-    return RunTotals(time, time, step, 0, 0, 0, 0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return RunTotals(
+        time=time, phase_start=time, step=step, taps=0, instant=0,
+        rejected=0, trials=0, chatter_steps=0, speed=0.0, force=0.0,
+        friction_loss=0.0, restitution_loss=0.0, material_loss=0.0, drive_work=0.0,
+    )  # fmt: skip
 
 
 @kernel
@@ -122,18 +126,18 @@ def advance_totals(
         gained -= turn_rate(old.q[s], old.q[s + 1], old.v[s], old.v[s + 1])
         work += old.drive[1, t] * h * h / 12.0 * gained
     return RunTotals(
-        totals.time + h,
-        totals.phase_start,
-        totals.step,
-        totals.taps,
-        totals.instant if h == 0.0 else 0,
-        totals.rejected,
-        totals.trials,
-        totals.chatter_steps,
-        friction,
-        totals.restitution_loss + hysteresis_loss(y0, y1, contact, law),
-        totals.material_loss + material_loss,
-        totals.drive_work + work,
-        max(totals.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
-        max(totals.force, fn1),
+        time=totals.time + h,
+        phase_start=totals.phase_start,
+        step=totals.step,
+        taps=totals.taps,
+        instant=totals.instant if h == 0.0 else 0,
+        rejected=totals.rejected,
+        trials=totals.trials,
+        chatter_steps=totals.chatter_steps,
+        friction_loss=friction,
+        restitution_loss=totals.restitution_loss + hysteresis_loss(y0, y1, contact, law),
+        material_loss=totals.material_loss + material_loss,
+        drive_work=totals.drive_work + work,
+        speed=max(totals.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
+        force=max(totals.force, fn1),
     )

@@ -11,7 +11,7 @@ their difference is at least three quarters of the run's error.
 import math
 import time
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
 from types import MappingProxyType
 
@@ -53,6 +53,21 @@ ACCURACY_QUANTITIES = (
 TRANSITION_COUNTS = ("compression_to_restitution", "stick_to_slip", "slip_to_stick")
 
 
+@dataclass(frozen=True)
+class _Attempt:
+    """A run and what its coarser run says of it.
+
+    expected : largest expected relative error; None if none is estimated
+    chance : whether the tap may end otherwise by chance; it may come back if `may_go_on`
+    """
+
+    chosen: Chosen
+    result: TapResult
+    expected: float | None = None
+    chance: bool = False
+    may_go_on: bool = False
+
+
 def simulate_within(
     accuracy: float,
     scene: Scene,
@@ -66,80 +81,81 @@ def simulate_within(
     whose tap may end by chance, for an accuracy 3 to 9 times smaller. wall_time_s is that of both
     runs. If the second needs more steps or memory than is allowed, the first is kept.
     """
-    began, spent, target, again = time.perf_counter(), 0.0, accuracy, ""
-    first: tuple[TapResult, float, bool, Chosen] | None = None
-    expected: float | None = None
-    chance = False
-    solve_scene = partial(simulate_scene, progress=progress)
+    began, choices = time.perf_counter(), tuple[Choice, ...]()
     chosen = settings_for(accuracy, scene, stated)
-    while True:
-        spent, beyond = spent + time.perf_counter() - began, ""
-        try:
-            result = _solve(chosen, progress)
-            spent += result.statistics.wall_time_s
-            if result.status is Status.WORK_LIMIT:
-                most = scene.settings.max_steps
-                beyond = f"a finer run takes more than max_steps = {most} steps"
-        except ParameterError as refusal:  # the run is too large
-            if first is None:
-                raise
-            beyond = f"no finer run: {refusal}"
-        if first is not None and beyond:
-            (result, expected, chance, chosen), again = first, ""
-            result = replace(result, cautions=(*result.cautions, beyond))
-            break
-        expected, chance = None, False
-        touched = result.summary.contact_time_s is not None
-        if touched and result.status is Status.UNBALANCED and not again:
-            began, target = time.perf_counter(), accuracy / COMPANION_ERROR_RATIO**2
-            finer = choose(target, scene, stated)
-            if finer.scene != chosen.scene:  # equal if all that matters is stated
-                again = "solved again: the energy audit of the first run did not close"
-                chosen = finer
-                continue
-        if not (scene.settings.estimate and touched and result.status is Status.COMPLETED):
-            break
-        coarse = solve_scene(_coarser(chosen, result))
-        if coarse.status is Status.INTERRUPTED:
-            result = replace(result, status=Status.INTERRUPTED, message=coarse.message)
-            break
-        result, expected = _compared(result, coarse, chosen)
-        errors, doubts, ended = with_other_ends(result, result.errors, solve_scene)
-        if ended is Status.INTERRUPTED:
-            message = f"{ended.value}{REPEATED}"
-            result = replace(result, status=ended, message=message, errors={})
-            break
-        if doubts:
-            result = replace(result, errors=errors, cautions=(*result.cautions, *doubts))
-            shares = relative_errors(result.summary, errors)
-            expected = max(expected, *(shares[name] for name in ACCURACY_QUANTITIES))
-        # a change due to another end of the tap is not a lack of repeatability
-        chance = not doubts and (folded(result, scene.finger.length) or grazes(result))
-        may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
-        if again or (expected <= accuracy and not (chance or may_go_on)):
-            break
-        again = f"solved again: the first run's estimate was {expected:.2g}"
-        if chance or may_go_on:
-            again = "solved again: the finger folds up, or its tap barely ends"
-        smaller = min(max(expected / accuracy, COMPANION_ERROR_RATIO), COMPANION_ERROR_RATIO**2)
-        target, first = accuracy / smaller, (result, expected, chance, chosen)
+    spent = time.perf_counter() - began
+    kept = _attempt(chosen, accuracy, progress)
+    spent += kept.result.statistics.wall_time_s
+    target, reason = _finer(kept, accuracy)
+    if reason:
         began = time.perf_counter()
         chosen = choose(target, scene, stated)
-    choices = (*chosen.choices, *([Choice("accuracy", target, again)] if again else []))
+        spent += time.perf_counter() - began
+    if chosen.scene != kept.chosen.scene:  # equal if all that matters is stated
+        beyond = f"a finer run takes more than max_steps = {scene.settings.max_steps} steps"
+        try:
+            second = _attempt(chosen, accuracy, progress)
+            spent += second.result.statistics.wall_time_s
+        except ParameterError as refusal:  # the run is too large
+            second, beyond = None, f"no finer run: {refusal}"
+        if second is None or second.result.status is Status.WORK_LIMIT:
+            cautions = (*kept.result.cautions, beyond)
+            kept = replace(kept, result=replace(kept.result, cautions=cautions))
+        else:
+            kept, choices = second, (Choice("accuracy", target, f"solved again: {reason}"),)
+    result, expected = kept.result, kept.expected
     if expected is not None and expected > accuracy:
-        result = _short(result, expected, accuracy, chance)
+        result = _short(result, expected, accuracy, kept.chance)
     return replace(
         result,
         statistics=replace(result.statistics, wall_time_s=spent),
-        accuracy=Accuracy(accuracy, expected, choices),
+        accuracy=Accuracy(accuracy, expected, (*kept.chosen.choices, *choices)),
     )
 
 
-def _solve(chosen: Chosen, progress: Progress | None) -> TapResult:
-    scene = chosen.scene
-    if scene.settings.estimate:
-        scene = replace(scene, settings=replace(scene.settings, estimate=False))
-    return simulate_scene(scene, progress, chosen.fall)
+def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Attempt:
+    """Solve, and judge the run if it completed and errors are wanted."""
+    settings = chosen.scene.settings
+    solve_scene = partial(simulate_scene, progress=progress)
+    alone = replace(chosen.scene, settings=replace(settings, estimate=False))
+    result = solve_scene(alone if settings.estimate else chosen.scene, fall=chosen.fall)
+    if not (settings.estimate and _touched(result) and result.status is Status.COMPLETED):
+        return _Attempt(chosen, result)
+    coarse = solve_scene(_coarser(chosen, result))
+    if coarse.status is Status.INTERRUPTED:
+        return _Attempt(chosen, replace(result, status=coarse.status, message=coarse.message))
+    result, expected = _compared(result, coarse, chosen)
+    errors, doubts, ended = with_other_ends(result, result.errors, solve_scene)
+    if ended is Status.INTERRUPTED:
+        message = f"{ended.value}{REPEATED}"
+        return _Attempt(chosen, replace(result, status=ended, message=message, errors={}))
+    if doubts:
+        result = replace(result, errors=errors, cautions=(*result.cautions, *doubts))
+        shares = relative_errors(result.summary, errors)
+        expected = max(expected, *(shares[name] for name in ACCURACY_QUANTITIES))
+    # a change due to another end of the tap is not a lack of repeatability
+    chance = not doubts and (folded(result, chosen.scene.finger.length) or grazes(result))
+    may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
+    return _Attempt(chosen, result, expected, chance, may_go_on)
+
+
+def _finer(run: _Attempt, accuracy: float) -> tuple[float, str]:
+    """The accuracy for which a run is solved again, and why; no reason if it is not."""
+    most, expected = COMPANION_ERROR_RATIO**2, run.expected
+    if _touched(run.result) and run.result.status is Status.UNBALANCED:
+        return accuracy / most, "the energy audit of the first run did not close"
+    doubtful = run.chance or run.may_go_on
+    if expected is None or (expected <= accuracy and not doubtful):
+        return accuracy, ""
+    smaller = min(max(expected / accuracy, COMPANION_ERROR_RATIO), most)
+    reason = "the finger folds up, or its tap barely ends" if doubtful else (
+        f"the first run's estimate was {expected:.2g}"
+    )  # fmt: skip
+    return accuracy / smaller, reason
+
+
+def _touched(result: TapResult) -> bool:
+    return result.summary.contact_time_s is not None
 
 
 def _coarser(chosen: Chosen, own: TapResult) -> Scene:

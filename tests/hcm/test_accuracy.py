@@ -512,23 +512,25 @@ def test_a_run_whose_second_takes_too_many_steps_is_kept() -> None:
     assert any("0.001 was wanted" in caution for caution in result.cautions)
 
 
+@pytest.mark.parametrize("status", [hcm.Status.COMPLETED, hcm.Status.UNBALANCED])
 def test_a_run_whose_second_is_refused_for_its_size_is_kept(
-    monkeypatch: pytest.MonkeyPatch,
+    monkeypatch: pytest.MonkeyPatch, status: hcm.Status
 ) -> None:
-    own, solved = accuracy_module._solve, list[Chosen]()
+    own, solved = accuracy_module._attempt, list[Chosen]()
 
-    def solve(chosen: Chosen, progress: Any) -> hcm.TapResult:
+    def solve(chosen: Chosen, *given: Any) -> Any:
         solved.append(chosen)
         if len(solved) == 2:
             raise hcm.ParameterError("may need 4 GiB")
-        return own(chosen, progress)
+        first = own(chosen, *given)
+        return replace(first, result=replace(first.result, status=status))
 
-    monkeypatch.setattr(accuracy_module, "_solve", solve)
+    monkeypatch.setattr(accuracy_module, "_attempt", solve)
     settings = hcm.Settings(contact_step=1e-5)
     stated = {"contact_integrator": "generalized-alpha", "contact_step": 1e-5}
     result = simulate_within(1e-3, replace(SOFT_SCENE, settings=settings), stated)
     assert len(solved) == 2
-    assert result.status is hcm.Status.COMPLETED
+    assert result.status is status
     assert result.errors
     assert "no finer run: may need 4 GiB" in result.cautions
 

@@ -234,6 +234,35 @@ def test_a_rod_that_no_load_slows_touches_in_its_first_turn(links: int, gravity:
     assert fall.time == pytest.approx(math.asin(2 / 3) / spin, rel=1e-6)
 
 
+@pytest.mark.parametrize("rate", [0.0, 1.0])
+@pytest.mark.parametrize("order", [0, 1, 2])
+def test_a_rod_under_a_torque_alone_touches_in_its_first_turn(rate: float, order: int) -> None:
+    """I theta'' = tau, I = rho A L^3/3: exact steps, which started from (almost) rest, and over
+    the touch. Order 2 begins upwards and comes down again within such a step."""
+    body, torque, length = finger(SOFT, 1), 0.004, SOFT.length
+    inertia = SOFT.line_density * length**3 / 3
+    loads = {
+        0: hcm.Drive((torque,), gravity=0.0),
+        1: hcm.Drive(gravity=0.0, table=hcm.TorqueTable((0.0, 1.0), ((0.0,), (torque,)))),
+        2: hcm.Drive(gravity=0.0, table=hcm.TorqueTable((0.0, 1.0), ((-torque,), (3 * torque,)))),
+    }  # fmt: skip
+    down = np.array({0: [0.5, 0.0], 1: [0.0, 1 / 6], 2: [-0.5, 4 / 6]}[order]) * torque / inertia
+    scene = hcm.Scene(
+        body, hcm.Surface(length / 2, 0.5), SOFT_TIP, loads[order],
+        start=hcm.RigidStart((0.3,), (rate,)),
+    )  # fmt: skip
+    # the first of theta = pi/6 or, swung over upwards, 7/6 pi
+    touches = [
+        root.real
+        for level in (math.pi / 6, -7 / 6 * math.pi)
+        for root in np.roots([down[1], down[0], rate, 0.3 - level])
+        if abs(root.imag) < 1e-9 and root.real > 0
+    ]
+    fall = rods_fall(scene)
+    assert fall is not None
+    assert fall.time == pytest.approx(min(touches), rel=1e-6)
+
+
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:
     whole = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=RIGID)
     chain = build_rods(finger(SOFT), SURFACE, hcm.Drive())[0]

@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterable
 from typing import Annotated, Any
 
+import numpy as np
 from pydantic import Field
 
 from validation.errors import UserError
@@ -131,12 +132,13 @@ def frozen(axis: Axis, origin: str) -> Any:
         )
     try:
         frozen = found(**axis.parameters)
-        middle = float(frozen.ppf(0.5))
+        with np.errstate(all="ignore"):
+            middle = float(frozen.ppf(0.5))
     except TypeError as error:
         raise UserError(f"{origin}.parameters: {error}") from error
     if not math.isfinite(middle):
         raise UserError(
-            f"{origin}.parameters = {show(axis.parameters)}: give no distribution; see"
-            f" scipy.stats.{axis.distribution}"
+            f"{origin}.parameters = {show(axis.parameters)}: scipy.stats.{axis.distribution} has"
+            " no distribution with these; a scale, say, must be above 0"
         )
     return frozen

@@ -32,9 +32,9 @@ TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4
 # more: with inexact steps the rate at the end is not the height's slope, and Newton's method slows.
 LOCATED, OF_TOLERANCE = 1e-15, 1e-6
 GROWTH = 4.0
-# Largest turn of the fastest rod in a step, rad: where the integrator is exact (a rod without loads,
-# or under a torque alone) no error limits it; the cubic used to find a dip of the tip is then off by
-# L 0.3^4/384 = 2e-5 L.
+# Largest turn of the fastest rod in a step, rad: where the integrator is exact (a rod without
+# loads, or under a torque alone) no error limits it; the cubic used to find a dip of the tip is
+# then off by L 0.3^4/384 = 2e-5 L.
 TURN = 0.3
 TABLE_ROWS = 256
 

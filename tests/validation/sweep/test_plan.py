@@ -125,7 +125,7 @@ TORQUES = '"drive.torques" = { values = [[0]] }\n'
         (HEAD + VARY + '{ distribution = "gaussian" }', "continuous distribution of scipy.stats"),
         (HEAD + VARY + '{ distribution = "norm", parameters = { mean = 1 } }', "mean"),
         (HEAD + VARY + '{ distribution = "norm", parameters = { scale = -1 } }', "no distribution"),
-        (HEAD + VARY + '{ distribution = "norm", parameters = { scale = 0 } }', "a scale, say, must"),
+        (HEAD + VARY + '{ distribution = "norm", parameters = { scale = 0 } }', "a scale, say"),
         (HEAD + '[vary]\n"finger.phalanges" = { low = 1, high = 4 }', "give its values as a list"),
         (HEAD + '[vary]\n"drive.torques" = { low = 1, high = 4 }', "give its values as a list"),
         (HEAD + '[vary]\n"drive.reaction" = { low = 0, high = 1 }', "give its values as a list"),

@@ -21,7 +21,6 @@ from validation.compare.claims import read_claims
 from validation.compare.figures import overlay_figure
 from validation.harness.figures import panels
 from validation.harness.page import write_page
-from validation.harness.provenance import provenance
 from validation.render.interactive import write_interactive
 from validation.studies.bench import files as bench
 from validation.studies.calibration.report import write_report as write_calibration
@@ -65,7 +64,7 @@ def paper_page(folder: Path, request: pytest.FixtureRequest) -> Path:
         "rows": rows, "counts": counts(rows), "places": by_place(rows), "settled": 48, "total": 60,
         "found": SimpleNamespace(common=factor, by_case={}), "lasting": (1.0, 2.0),
         "figures": [(forces, "Fig. 9: reduced model against the reference")],
-        "with_reference": False, "provenance": provenance({}),
+        "with_reference": False,
     }  # fmt: skip
     write_page(folder / "index.html", "paper.html.j2", context)
     return folder / "index.html"

@@ -6,11 +6,12 @@ model's error lies within what the comparison can see.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, Literal
 
-from validation.harness.quantities import Quantity, finite
+from validation.harness.quantities import OF_A_TAP, Quantity, finite
 from validation.harness.record import RunRecord
 
 Judgement = Literal["resolved", "within uncertainty", "cannot tell"]
@@ -141,25 +142,23 @@ class Difference:
         }
 
 
-def difference(
+def differences_of(
     scene: str,
     model: str,
-    of: Quantity,
     reduced: RunRecord | None,
     reference: RunRecord | None,
-    tolerance: float | None = None,
-) -> Difference:
-    """One quantity of two runs; a run may be missing."""
-    return Difference(
-        scene,
-        model,
-        of,
-        reduced=None if reduced is None else of.read(reduced),
-        reference=None if reference is None else of.read(reference),
-        reduced_error=None if reduced is None else of.error(reduced),
-        reference_error=None if reference is None else of.error(reference),
-        tolerance=tolerance,
-    )
+    wanted: Sequence[Quantity] = OF_A_TAP,
+    tolerances: Mapping[str, float] = MappingProxyType({}),
+) -> list[Difference]:
+    """These quantities of two runs; a run may be missing.
+
+    tolerances : largest difference by a quantity's key, percent.
+    """
+    return [
+        Difference(scene, model, of, of.read(reduced), of.read(reference),
+                   of.error(reduced), of.error(reference), tolerances.get(of.key))
+        for of in wanted
+    ]  # fmt: skip
 
 
 @dataclass(frozen=True)

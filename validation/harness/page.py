@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.harness.files import write_text
+from validation.harness.provenance import provenance
 from validation.harness.tables import heading, rounded, table_of, write_table
 from validation.harness.uncertainty import two_digits, with_error
 
@@ -56,7 +57,7 @@ def section(
     notes: Sequence[str] = (),
     figures: Sequence[Path] = (),
 ) -> dict[str, Any]:
-    """A section of ``bench.html.j2``; its rows are also written as a table if that has a name."""
+    """A section of ``sections.html.j2``; a table with a name is written to files too."""
     if name:
         write_table(folder, name, table_of(rows), title)
     columns = list(dict.fromkeys(column for row in rows for column in row))
@@ -67,7 +68,8 @@ def section(
 def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
     """Fill a template of ``templates`` and write it atomically.
 
-    It extends ``base.html.j2``, whose blocks are the page's sections; `context` has its variables.
+    It extends ``base.html.j2``, whose blocks are the page's sections; `context` has its variables
+    but ``provenance``: versions, machine and date.
     """
     import jinja2
 
@@ -81,4 +83,4 @@ def write_page(path: Path, template: str, context: Mapping[str, Any]) -> None:
     environment.filters |= {"inline": inline, "signed": signed, "number": number}
     environment.filters |= {"with_error": bar, "two_digits": two_digits}
     environment.filters |= {"worded": worded, "heading": heading}
-    write_text(path, environment.get_template(template).render(context))
+    write_text(path, environment.get_template(template).render(context, provenance=provenance({})))

@@ -71,13 +71,13 @@ class Quantity:
         """Ratio of the shown number to the one in SI units."""
         return FACTORS[self.prefix]
 
-    def value(self, record: Scalars) -> float | None:
-        """The value in SI units; None if the run has none."""
-        return finite(self._of(record.summary))
+    def value(self, record: Scalars | None) -> float | None:
+        """The value in SI units; None without a run, or if it has none."""
+        return None if record is None else finite(self._of(record.summary))
 
-    def error(self, record: Scalars) -> float | None:
+    def error(self, record: Scalars | None) -> float | None:
         """Estimated error in the shown unit, may be infinite; None if there is no estimate."""
-        error = self._of(record.errors)
+        error = None if record is None else self._of(record.errors)
         return None if error is None else self.factor * error
 
     def _of(self, table: Mapping[str, Any]) -> float | None:
@@ -87,8 +87,8 @@ class Quantity:
         components = table.get(vector)
         return None if components is None else components[axis]
 
-    def read(self, record: Scalars) -> float | None:
-        """The value in the shown unit; None if the run has none."""
+    def read(self, record: Scalars | None) -> float | None:
+        """The value in the shown unit; None without a run, or if it has none."""
         value = self.value(record)
         return None if value is None else self.factor * value
 

@@ -6,11 +6,13 @@ Judges do not import it: a verdict depends on the code of its judge, not on who 
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from validation.harness.identity import program
 from validation.harness.line_store import LineStore
-from validation.harness.processes import Workers
+from validation.harness.processes import workers
+from validation.harness.provenance import cores
 from validation.models.adapter import Progress
 
 
@@ -33,20 +35,20 @@ def verdict_inputs(case: Case) -> dict[str, Any]:
     }
 
 
-def run_cases(
-    cases: Sequence[Case], finished: LineStore, pool: Workers, progress: Progress
-) -> list[Mapping[str, Any]]:
-    """Verdicts of all cases, a row each; those that are not finished are judged, and kept at once.
+def run_cases(cases: Sequence[Case], path: Path, progress: Progress) -> list[Mapping[str, Any]]:
+    """Verdicts of all cases, a row each; those that the file lacks are judged, and kept at once.
 
-    progress is the share of cases that are done.
+    path : of a `LineStore`. progress : of the share of cases that are done.
     """
+    finished = LineStore(path)
     inputs = [verdict_inputs(case) for case in cases]
     rows = {n: row for n, of in enumerate(inputs) if (row := finished.load(of)) is not None}
     todo = [n for n in range(len(cases)) if n not in rows]
-    running = {pool.submit(cases[n].judge, cases[n].scene): n for n in todo}
-    for future in as_completed(running):
-        n = running[future]
-        rows[n] = vars(future.result())
-        finished.keep(inputs[n], rows[n])
-        progress(len(rows) / len(cases), f"{cases[n].label}, {len(rows)} of {len(cases)}")
+    with workers(cores()) as pool:
+        running = {pool.submit(cases[n].judge, cases[n].scene): n for n in todo}
+        for future in as_completed(running):
+            n = running[future]
+            rows[n] = vars(future.result())
+            finished.keep(inputs[n], rows[n])
+            progress(len(rows) / len(cases), f"{cases[n].label}, {len(rows)} of {len(cases)}")
     return [rows[n] for n in range(len(cases))]

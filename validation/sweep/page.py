@@ -12,7 +12,6 @@ import xarray
 
 from validation.harness import page
 from validation.harness.files import remove
-from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS
 from validation.harness.uncertainty import two_digits
 from validation.models import adapter, default_accuracy
@@ -253,9 +252,8 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         rows = list(sensitivities(columns, found)) or [{"of": none}]
         section("Sobol indices", "sobol", rows, SOBOL_NOTE)
     part = f"{len(points)} scenes, {', '.join(labels)}"
-    machine = {"part": part, **provenance(plan.document)}
     path = folder / "index.html"
     heading = f"Sweep: {plan.name}"
-    context = {"sections": sections, "machines": [machine], "heading": heading, "lead": lead}
-    page.write_page(path, "bench.html.j2", context)
+    context = {"sections": sections, "part": part, "heading": heading, "lead": lead}
+    page.write_page(path, "sections.html.j2", context)
     return path

@@ -1,6 +1,6 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
-from validation.compare.differences import Difference, difference, thousands_apart
+from validation.compare.differences import Difference, differences_of, thousands_apart
 from validation.harness.page import opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
@@ -13,14 +13,12 @@ MODEL_NAMES = {PAPER_REDUCED.model: "the reduced model", REFINED: "the refined r
 
 def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Difference]:
     """The differences in these quantities, of every model on every scene."""
-    rows = []
+    rows = list[Difference]()
     for scene in runs.scenes:
         reference = runs.reference(scene)
         for model in runs.plan.models:
             reduced = runs.of_model(scene, model)
-            for entry in wanted:
-                asked = runs.plan.tolerances.get(entry.key)
-                rows.append(difference(scene, model, entry, reduced, reference, asked))
+            rows += differences_of(scene, model, reduced, reference, wanted, runs.plan.tolerances)
     return rows
 
 
@@ -33,9 +31,8 @@ def cumulative_differences(runs: Runs, scene: str) -> list[list[Difference]]:
     if not {PAPER_REDUCED.model, REFINED} <= set(runs.plan.models):
         return []
     return [
-        [difference(scene, variant.name, entry, run, reference) for entry in OF_A_TAP]
-        for variant in cumulative()
-        for run in [runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))]
+        differences_of(scene, name, runs.find(scene, RunName(PAPER_REDUCED.model, name)), reference)
+        for name in (variant.name for variant in cumulative())
     ]
 
 
@@ -104,7 +101,7 @@ def assumption_effects(runs: Runs) -> list[str]:
             run = runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))
             if whole is None or run is None:
                 continue
-            rows = [difference(scene, REFINED, entry, run, whole) for entry in OF_A_TAP]
+            rows = differences_of(scene, REFINED, run, whole)
             most = max((row.error_percent or 0.0 for row in rows), key=abs)
             first, *needing = variant.name.removeprefix("without ").replace("_", " ").split(" and ")
             moved[first + f" (with it {', '.join(needing)})" * bool(needing)] = most

@@ -7,7 +7,6 @@ from typing import Any
 from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
 from validation.harness.files import safe_name
 from validation.harness.page import opening, write_page
-from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
@@ -211,7 +210,6 @@ def page_context(
         "efficiency_columns": [c for c in tables.EFFICIENCY_COLUMNS if c != "processor"],
         "render_problems": [f"{s}: {r.problem}" for s, r in renders.items() if r.problem],
         "renders": renders,
-        "provenance": provenance({}),
     }
 
 

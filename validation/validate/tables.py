@@ -11,7 +11,7 @@ from types import MappingProxyType
 from typing import Any
 
 from validation.compare.claims import Claim, find
-from validation.compare.differences import difference, error_percent, spread
+from validation.compare.differences import differences_of, error_percent, spread
 from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
 from validation.harness.quantities import COMPARED, OF_A_TAP, quantities, quantity
@@ -93,9 +93,10 @@ def accuracy_rows(
             "reference_model": reference.label,
             "reference_source": DATA if "data" in reference.provenance else OTHER_MODEL,
         }
-        for entry in COMPARED:
-            asked = tolerances.get(entry.key)
-            found = difference(reduced.scene, reduced.model, entry, reduced, reference, asked)
+        for found in differences_of(
+            reduced.scene, reduced.model, reduced, reference, COMPARED, tolerances
+        ):
+            entry = found.quantity
             row = common | {"quantity": entry.title, "unit": entry.unit} | found.numbers
             band = spread(spread_over, entry) if reference.model == "fem3d" else None
             if band is not None:
@@ -179,7 +180,7 @@ def paper_rows(runs: Runs, names: Mapping[str, str]) -> list[Row]:
         ran = {who: runs.find(scene, which) for which, who in STAND_INS.items()}
         for key in names:
             entry = quantity(key)
-            ours = {who: None if run is None else entry.read(run) for who, run in ran.items()}
+            ours = {who: entry.read(run) for who, run in ran.items()}
             paper = {who: claim.number for who, claim in printed(scene, key).items()}
             rows.append(
                 {

@@ -13,7 +13,7 @@ from matplotlib import pyplot as plt
 import hcm.notebook
 import reference_fem.notebook
 from tests.validation.commands import Make
-from validation.compare.differences import difference
+from validation.compare.differences import differences_of
 from validation.compare.figures import (
     LOOKS,
     SEEN,
@@ -23,7 +23,6 @@ from validation.compare.figures import (
     overlay_figure,
 )
 from validation.harness.page import LARGEST_VECTOR, inline
-from validation.harness.quantities import OF_A_TAP
 
 
 @pytest.mark.usefixtures("figures_kept")
@@ -103,7 +102,7 @@ def test_points_are_differences_and_bars_their_uncertainty(
     stated = {"peak_normal_force_N": 1.6}  # 2 % of 80 N, of both: sqrt(8) %
     model = replace(make_record(peak=60.0), errors=stated)
     reference = replace(make_record("soft", "fem3d", "", 80.0), errors=stated)
-    rows = [difference("soft", "hcm", entry, model, reference) for entry in OF_A_TAP]
+    rows = differences_of("soft", "hcm", model, reference)
     refined = [replace(row, model="hcm-refined", reduced=row.reference) for row in rows]
     middle = [replace(row, model="+ shear", reduced=0.9 * row.reference) for row in rows]
     stairs = [[replace(row, model="paper") for row in rows], middle]
@@ -129,7 +128,7 @@ def test_points_are_differences_and_bars_their_uncertainty(
 def test_axes_of_no_difference_can_be_read(make_record: Make, tmp_path: Path, run: bool) -> None:
     """Limits of 1e-17 would leave a single model no height for its points."""
     reference = make_record()
-    rows = [difference("soft", "hcm", q, reference if run else None, reference) for q in OF_A_TAP]
+    rows = differences_of("soft", "hcm", reference if run else None, reference)
     difference_figure(tmp_path / "d.png", rows, [], {"hcm": "hcm", "": "fem3d"})
     for axis in plt.gcf().axes:
         assert axis.get_xlim() == (-SEEN, SEEN)

@@ -10,8 +10,7 @@ import pytest
 import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
-from validation.compare.differences import difference, judge, thousands_apart
-from validation.harness.quantities import OF_A_TAP
+from validation.compare.differences import differences_of, judge, thousands_apart
 from validation.harness.record import RunRecord
 from validation.models.hcm import hcm_scene
 from validation.models.solid_mesh import sizes_of
@@ -55,9 +54,8 @@ def test_a_smaller_magnitude_is_a_negative_difference_whatever_the_sign() -> Non
 
 
 def test_a_scene_keeps_its_letters_and_equal_models_are_said_so(make_record: Make) -> None:
-    entry = OF_A_TAP[0]
     same, off = make_record(peak=64.0), make_record(peak=64.64)
-    rows = [difference("PLA_v2", "hcm", entry, run, same) for run in (same, off)]
+    rows = [one for run in (same, off) for one in differences_of("PLA_v2", "hcm", run, same)]
     told = "PLA_v2 finger: the reduced model's peak force lies {} (no error is stated: not judged)."
     sides = ("within 0.05 % of the reference's", "1.0 % above the reference's")
     assert sentences(rows) == [told.format(side) for side in sides]

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from hcm.assumptions import Assumptions
-from validation.compare.differences import Difference, difference
+from validation.compare.differences import Difference, differences_of
 from validation.compare.figures import AS_WRITTEN, assumption_bars
 from validation.errors import RunFailedError
 from validation.harness.command_line import Fresh, Overrides
@@ -57,13 +57,8 @@ def waterfall(
                 raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")
             progress(0.7, "hcm")
             runs = in_fresh_process(assumption_jobs(scene, overrides), folder / "runs", store)
-        rows = [
-            [
-                difference(named.name, run.variant, of, run if run.ok else None, reference)
-                for of in TAP_AND_STRESS
-            ]
-            for run in runs
-        ]
+        ended = ((run.variant, run if run.ok else None) for run in runs)
+        rows = [differences_of(named.name, *one, reference, TAP_AND_STRESS) for one in ended]
         stated = ", ".join(sorted(named.tables.solver.hcm.stated(Assumptions)))
         ignored = [f"solver.hcm: {stated} ignored: this command sets each switch in turn"]
         ignored *= bool(stated)

@@ -104,5 +104,5 @@ def page(folder: Path) -> Path:
             sections.append({**section, "notes": notes, "figures": shown, "tables": tables})
     path = folder / "index.html"
     context = {"sections": sections, "machines": machines.values()}
-    write_page(path, "bench.html.j2", context)
+    write_page(path, "sections.html.j2", context)
     return path

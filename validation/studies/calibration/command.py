@@ -7,9 +7,6 @@ from validation.errors import UserError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
 from validation.harness.files import exclusive_folder
-from validation.harness.line_store import LineStore
-from validation.harness.processes import workers
-from validation.harness.provenance import cores
 from validation.harness.quantities import COMPONENTS, QUANTITIES
 from validation.runs.execute import compile_in_fresh_process
 from validation.scenes.load import load_scene
@@ -60,12 +57,10 @@ def calibrate(
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}
     name = model if accuracy is None else f"{model}-{accuracy:g}"
     with exclusive_folder(out / "calibration") as folder:
-        finished = LineStore(folder / "scenes.jsonl")
         with progress_bar("calibrate") as progress:
             progress(0.0, "loading compiled code, compiling it the first time")
             compile_in_fresh_process((model,))
-            with workers(cores()) as pool:
-                verdicts = run_cases(cases, finished, pool, progress)
+            verdicts = run_cases(cases, folder / "scenes.jsonl", progress)
         rows = list(zip(chosen, chosen.values(), verdicts, strict=True))
         output(write_report(folder, name, rows, names))
     output(f"files in {folder}")

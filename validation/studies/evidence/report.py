@@ -15,7 +15,6 @@ import numpy as np
 
 from validation.harness.figures import BLACK, BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.page import signed, write_page
-from validation.harness.provenance import provenance
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
@@ -181,6 +180,5 @@ def write_evidence(folder: Path, shown: Sequence[Shown]) -> None:
         "levels": {level: [s for s in shown if s.piece.level == level] for level in LEVELS},
         "words": [word(row) for _, row in rows], "left_out": [s for s in shown if not s.rows],
         "tally": tally(shown), "folder": folder, "difference_text": difference_text,
-        "provenance": provenance({}),
     }  # fmt: skip
     write_page(folder / "index.html", "evidence.html.j2", context)

@@ -9,7 +9,7 @@ from validation.harness.console import output, progress_bar
 from validation.harness.files import exclusive_folder, output_folder
 from validation.harness.page import write_page
 from validation.harness.processes import workers
-from validation.harness.provenance import cores, provenance
+from validation.harness.provenance import cores
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
@@ -98,7 +98,6 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
             "lasting": [duration_ms(runs[name]) for name in DRAWN_TWICE],
             "figures": drawn,
             "with_reference": bool(judged),
-            "provenance": provenance({}),
         }
         write_page(page, "paper.html.j2", context)
     output("; ".join(f"{verdict}: {count}" for verdict, count in counts(rows).items()))

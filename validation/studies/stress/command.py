@@ -8,9 +8,7 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
 from validation.harness.files import exclusive_folder, write_json
-from validation.harness.line_store import LineStore
-from validation.harness.processes import call_isolated, workers
-from validation.harness.provenance import cores
+from validation.harness.processes import call_isolated
 from validation.harness.tables import table_of, write_table
 from validation.models.adapter import part
 from validation.models.hcm import warm_up_choices
@@ -88,14 +86,12 @@ def run_stress(
     cases = [Case(of.name, cell.scene, of.judge) for of in maps for cell in of.cells()]
     wanted_folder = out / "stress" / ("quick" if quick else "full")
     with exclusive_folder(wanted_folder) as folder, progress_bar("stress") as progress:
-        finished = LineStore(folder / "cells.jsonl")
         # a cell's time is one of its checks, and must not include compilation
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))
         if any(wanted.solver == "hcm" for wanted in maps):
             call_isolated(warm_up_choices)
-        with workers(cores()) as pool:
-            verdicts = iter(run_cases(cases, finished, pool, part(progress, 0.0, 0.95)))
+        verdicts = iter(run_cases(cases, folder / "cells.jsonl", part(progress, 0.0, 0.95)))
         summary = []
         for wanted in maps:
             progress(0.97, f"tables and figures, {wanted.name}")

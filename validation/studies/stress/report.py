@@ -12,7 +12,6 @@ import numpy as np
 from hcm.stepping import LARGEST_RESIDUAL
 from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.page import write_page
-from validation.harness.provenance import provenance
 from validation.harness.tables import table_of, write_table
 from validation.studies.stated_errors import UNDERSTATED_FACTOR, WRONG_SHARE
 from validation.studies.stress.reference.judge import OTHER_SCHEME_WITHIN
@@ -172,6 +171,5 @@ def write_stress_page(
             "wrong_share": WRONG_SHARE,
             "other": OTHER_SCHEME_WITHIN,
             "energy_share": LARGEST_RESIDUAL,
-            "provenance": provenance({}),
         },
     )

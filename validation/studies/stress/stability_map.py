@@ -77,7 +77,7 @@ class CellVerdict:
     ) -> Self:
         """The verdict after one more check: right if off `other` by no more than the run states.
 
-        numbers : from `stated_errors.compare`; the one farthest beyond its stated error counts.
+        numbers : from `stated_errors.true_errors`; the one farthest beyond its stated error counts.
         """
         found = replace(self, checked_by=f"{self.checked_by}, {other}")
         if not numbers:

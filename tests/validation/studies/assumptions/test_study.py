@@ -13,7 +13,7 @@ import xarray
 from matplotlib import pyplot as plt
 
 from tests.validation.commands import Make, Patch, Run
-from validation.compare.differences import difference
+from validation.compare.differences import differences_of
 from validation.harness.quantities import TAP_AND_STRESS
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -123,7 +123,7 @@ def test_the_waterfall_shows_each_assumptions_error(make_record: Make, tmp_path:
     runs = [make_record("soft", "hcm", v.name, 60.0 + n) for n, v in enumerate(all_variants())]
     runs[-1] = replace(runs[-1], ok=False)
     rows = [
-        [difference("soft", "", of, run if run.ok else None, reference) for of in TAP_AND_STRESS]
+        differences_of("soft", "", run if run.ok else None, reference, TAP_AND_STRESS)
         for run in runs
     ]
     waterfall_command._write(tmp_path, "soft: a title", [], rows, runs)

@@ -5,8 +5,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+from tests.validation.commands import Patch
 from tests.validation.studies.stress.taps import TAP
 from validation.harness.line_store import LineStore
+from validation.studies import campaign
 from validation.studies.campaign import Case, run_cases, verdict_inputs
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
@@ -14,18 +16,18 @@ from validation.studies.stress.report import limit, table_rows, write_map, write
 from validation.studies.stress.stability_map import Answer
 
 
-def test_a_campaign_goes_on_where_it_was(tmp_path: Path) -> None:
+def test_a_campaign_goes_on_where_it_was(tmp_path: Path, monkeypatch: Patch) -> None:
+    monkeypatch.setattr(campaign, "workers", ThreadPoolExecutor)
     wanted = next(m for m in hcm_maps(quick=True) if m.name == "friction-ratio-restitution")
     axes = dict(zip(wanted.axes, ((0.0, 0.5), (0.75,), (1.0,)), strict=True))
     small = replace(wanted, axes=axes, judge=judge_by_laws)
     cases = [Case(small.name, cell.scene, small.judge) for cell in small.cells()]
     path = tmp_path / "cells.jsonl"
     told: list[str] = []
-    with ThreadPoolExecutor(1) as pool:
-        run_cases(cases[:1], LineStore(path), pool, lambda _, text: told.append(text))
-        first = path.read_text()
-        path.write_text(first + first[: len(first) // 2])  # killed while it wrote
-        found = run_cases(cases, LineStore(path), pool, lambda _, text: told.append(text))
+    run_cases(cases[:1], path, lambda _, text: told.append(text))
+    first = path.read_text()
+    path.write_text(first + first[: len(first) // 2])  # killed while it wrote
+    found = run_cases(cases, path, lambda _, text: told.append(text))
     assert path.read_text().startswith(first)
     again = LineStore(path)
     assert [again.load(verdict_inputs(case)) is not None for case in cases] == [True, True]

@@ -30,9 +30,9 @@ HALVINGS = 3
 # edges of 0.25, 0.18 and 0.14 a; with 0.03 a / c 10.80, 10.77 and 10.77 N, with 0.15 a / c 10.77,
 # 10.74 and 10.75 N. Frictionless, 0.03 a / c lowers its peak by 0.2 %, its impulse by 0.01 %.
 RELAXATION_SHARE = 0.02
-# Distance from the touch, over a, within which elements have it: flutter lives at the contact. Of
-# four random fingers whose peak it moves, 1, 2, 3 and 4 a agree to 0.1 %; the whole finger relaxing
-# takes up to 0.5 % from the peak and 1 % from the stress at R, by its vibration.
+# Distance from the touch, over a, within which elements have it: that is where it flutters. Peaks
+# of four random fingers that flutter agree to 0.2 % with 1, 2, 3 and 4 a; the whole finger relaxing
+# takes up to 0.5 % from a peak and 1 % from a stress at R, by its vibration.
 RELAXATION_REACH = 2.0
 # Friction from which on a relaxation time is set. It moved the peak or the impulse of 20 of 74
 # random fingers with friction above 0.35 by over 1 % (at most 11 %); among the study's 21 with 0.15

@@ -108,7 +108,7 @@ def _prepare(phalanx: PhalanxMesh, plan: PhalanxPlan) -> PhalanxMesh:
         for role in ("proximal_face", "distal_face"):
             if role in cut.roles:
                 _make_symmetric(cut.points, cut.roles[role], 0.01 * plan.radius)
-    order, cells = renumber(cut.cells, len(cut.points))
+    order, cells, _ = renumber(cut.cells, len(cut.points))
     new = np.argsort(order)  # a permutation's inverse
     roles = {role: np.sort(new[nodes]) for role, nodes in cut.roles.items()}
     return PhalanxMesh(cut.points[order], cells, roles, new[cut.facets], new[cut.ties])

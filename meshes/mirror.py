@@ -34,17 +34,18 @@ def mirrored(half: FingerMesh) -> FingerMesh:
 
     node_order: list[Ints] = []
     ordered: list[Ints] = []
-    cell_sets: dict[str, Ints] = {}
-    first_node = first_cell = 0
+    cell_order: list[Ints] = []
+    first_node = 0
     for name in (f"phalanx_{w}" for w in range(1, half.phalanges + 1)):
         own = half.cell_sets[name]
-        body = both[np.concatenate([own, own + cells])]
+        pairs = np.concatenate([own, own + cells])
+        body = both[pairs]
         nodes, local = np.unique(body, return_inverse=True)
-        order, local_cells = renumber(local.reshape(body.shape), len(nodes))
+        order, local_cells, by_mean = renumber(local.reshape(body.shape), len(nodes))
         node_order.append(nodes[order])
         ordered.append(local_cells + first_node)
-        cell_sets[name] = np.arange(first_cell, first_cell + len(body))
-        first_node, first_cell = first_node + len(nodes), first_cell + len(body)
+        cell_order.append(pairs[by_mean])
+        first_node += len(nodes)
     old = np.concatenate(node_order)
     new = np.argsort(old)  # a permutation's inverse
 
@@ -52,6 +53,8 @@ def mirrored(half: FingerMesh) -> FingerMesh:
         return np.unique(new[np.concatenate([nodes, image[nodes]])])
 
     kept = {name: with_image(nodes) for name, nodes in half.node_sets.items() if name != "symmetry"}
+    of_half = np.concatenate(cell_order) % cells
+    cell_sets = {n: np.flatnonzero(np.isin(of_half, v)) for n, v in half.cell_sets.items()}
     facets = {
         # a mirror image is wound the other way round
         name: new[np.vstack([sides, image[sides][:, ::-1]])]

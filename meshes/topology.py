@@ -60,11 +60,11 @@ def orient(points: Floats, cells: Ints) -> Ints:
     return cells
 
 
-def renumber(cells: Ints, n_points: int) -> tuple[Ints, Ints]:
+def renumber(cells: Ints, n_points: int) -> tuple[Ints, Ints, Ints]:
     """Order nodes by reverse Cuthill-McKee on the element graph and elements by their mean node.
 
-    Returns the old node number of each new one, (n_points,), and the elements in their new order
-    and node numbers, (n_cells, nodes per cell).
+    Returns the old node number of each new one, (n_points,), the elements in their new order
+    and node numbers, (n_cells, nodes per cell), and the old number of each, (n_cells,).
     """
     per_cell = cells.shape[1]
     rows = np.repeat(cells, per_cell, axis=1).ravel()
@@ -73,7 +73,7 @@ def renumber(cells: Ints, n_points: int) -> tuple[Ints, Ints]:
     order = np.asarray(reverse_cuthill_mckee(graph.tocsr(), symmetric_mode=True), dtype=np.int64)
     renumbered = np.argsort(order)[cells]  # by the permutation's inverse
     by_mean = np.argsort(renumbered.sum(axis=1), kind="stable")
-    return order, renumbered[by_mean]
+    return order, renumbered[by_mean], by_mean
 
 
 def structured(number: Ints) -> Ints:

@@ -70,7 +70,8 @@ def flutter(
     return (
         "a sliding elastic tip flutters, and meshes this fine do not converge: of 74 fingers 20 "
         "had a peak or an impulse more than 1 % off, by up to 11 %; set "
-        f"material.relaxation_time = {time_s:.2g}, as runs that are given an accuracy do",
+        f"material.relaxation_time = {time_s:.2g}; runs that are given an accuracy have it, but "
+        "near the touch only",
     )
 
 

@@ -121,7 +121,10 @@ def first_closing(
 
 
 def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
-    """Height above the plane of the lowest point that may touch, m, as a function of the angles."""
+    """Height above the plane of the lowest point that may touch, m, as a function of the angles.
+
+    The function moves an array of its own: one caller at a time.
+    """
     nodes, lowest, body = model.contact.nodes, model.contact.touching_points, model.touching_body
     position, hinges = model.points[nodes], chain.origins @ [1.0, 1j]  # X + iY
     links, arms = np.diff(hinges)[:body], position[:, :2] @ [1.0, 1j] - hinges[body]

@@ -34,7 +34,7 @@ def stable_step(
 
     The material's damping τ K lags likewise: Δt² + 2 τ Δt = 4/ω_max², which for ξ = τ ω/2 reads
     Δt = 2/ω_max (sqrt(1 + ξ²) - ξ). ω_max may be that of K + K_c + 2 C_c/Δt without τ, and τ the
-    largest: both err to the safe side.
+    largest: both err to the safe side, also where the two belong to different elements.
 
     K_c is diagonal with k_i in each direction of node i (a slipping node has fewer springs).
     Hinges only constrain the motion and can't raise ω_max (Rayleigh). K is that of the reference

@@ -20,7 +20,7 @@ from hcm.integrators.dormand_prince import STAGES, dormand_prince
 from hcm.integrators.event_search import (
     TIME_RESOLUTION,
     TRIALS,
-    dip_below_zero,
+    dip_below,
     zero_of_cubic,
 )
 from hcm.integrators.step_size import REPEATS, SHRINK
@@ -32,9 +32,9 @@ TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4
 # more: with inexact steps the rate at the end is not the height's slope, and Newton's method slows.
 LOCATED, OF_TOLERANCE = 1e-15, 1e-6
 GROWTH = 4.0
-# Largest turn of the fastest rod in a step, rad: where the integrator is exact (a rod without
-# loads, or under a torque alone) no error limits it; the cubic used to find a dip of the tip is
-# then off by L 0.3^4/384 = 2e-5 L.
+# Largest turn of the fastest rod in a step at the rate of its start, rad, and half of the largest
+# one in all: where the integrator is exact (a rod without loads, or under a torque alone) no error
+# limits a step, and the cubic that finds a dip of the tip becomes useless (`cubic_error`).
 TURN = 0.3
 TABLE_ROWS = 256
 
@@ -88,7 +88,7 @@ def locate_touch(
 def controlled_step(
     time: float, h: float, tolerance: float, state: Floats, stages: Floats, rods: Rods, new: Floats
 ) -> tuple[float, float, int]:
-    """Take a step of at most h that keeps the tolerance (m; 0: any finite one) and `TURN`.
+    """Take a step of at most h that keeps the tolerance (m; 0: any finite one) and twice `TURN`.
 
     Returns its length, the factor by which the next may change, and the repeats used: more than
     `REPEATS` mean failure.
@@ -97,7 +97,7 @@ def controlled_step(
         error = dormand_prince(time, h, state, stages, rods, new)
         change = 0.9 * (tolerance / max(error, 1e-6 * tolerance)) ** 0.2 if tolerance > 0.0 else 1.0
         if error <= tolerance or (tolerance == 0.0 and error < math.inf):
-            turned = largest_turn(h, state, new) / (2.0 * TURN)  # as from rest, at the end's rate
+            turned = largest_turn(h, state, new) / (2.0 * TURN)
             if turned <= 1.0:
                 return h, min(GROWTH, change), repeats
             change = 0.9 / turned
@@ -107,15 +107,33 @@ def controlled_step(
 
 @kernel
 def largest_turn(h: float, state: Floats, new: Floats) -> float:
-    """Largest turn of a rod in a step from `state` to `new`, and h times its rate at the end, rad.
+    """Largest turn of a rod in a step from `state` to `new`, or h times its rate at the end, rad.
 
-    Rates are at most parabolas over the step where loads are linear in time: with that at its start
-    these two bound the turn at any time in it.
+    Rates are parabolas at most where loads are linear in time: with the rate at its start these two
+    bound the turn at any time in the step.
     """
     n, turn = state.size // 2, 0.0
     for i in range(n):
         turn = max(turn, abs(new[i] - state[i]), h * abs(new[n + i]))
     return turn
+
+
+@kernel
+def cubic_error(h: float, state: Floats, new: Floats, stages: Floats, rods: Rods) -> float:
+    """Bound on how far the cubic through the ends of a step is from the tip's height y, m.
+
+        h^4 max |y''''|/384,  y = sum L sin(theta),
+        |(sin theta)''''| <= w^4 + 6 w^2 |theta''| + 3 theta''^2 + 4 w |theta'''|
+
+    for theta'' linear in time, w the largest rate; first and last of `stages` have theta''.
+    """
+    n, error = rods.length.size, 0.0
+    for i in range(n):
+        first, last = h * h * stages[0, n + i], h * h * stages[STAGES - 1, n + i]
+        jerk, a = abs(last - first), max(abs(first), abs(last))
+        w = h * max(abs(state[n + i]), abs(new[n + i])) + jerk / 8.0
+        error += rods.length[i] * (w**4 + 6.0 * w * w * a + 3.0 * a * a + 4.0 * w * jerk) / 384.0
+    return error
 
 
 @kernel
@@ -138,9 +156,10 @@ def take_steps(
 
     On return, `stages` (7, 2 P) begin with the state's rates; on entry too if they are `known`.
 
-    Steps keep `tolerance` (m) and are at most `longest` (s) and `TURN` long; without a tolerance
-    all are that long. Returns the rows written after that of the start (time, state,
-    accelerations), how it ended, repeats, trials, the next step.
+    Steps keep `tolerance` (m), are at most `longest` (s), and turn no rod by more than
+    `controlled_step` allows; without a tolerance all are as long as that. Returns the rows written
+    after that of the start (time, state, accelerations), how it ended, repeats, trials, the next
+    step.
     """
     n = rods.length.size
     repeats, trials = 0, 0
@@ -163,7 +182,10 @@ def take_steps(
             return row, FAILED, repeats, trials, h
         end_gap, end_speed = clearance(new, rods)
         code, step = FULL, h
-        below = dip_below_zero(h, gap, speed, end_gap, end_speed) if end_gap > 0.0 else h
+        below = h
+        if end_gap > 0.0:
+            level = cubic_error(h, state, new, stages, rods)
+            below = dip_below(level, h, gap, speed, end_gap, end_speed)
         if below > 0.0:
             if below < h:
                 trials += 1

@@ -79,18 +79,21 @@ def hermite_slope(
 
 
 @kernel
-def dip_below_zero(h: float, g0: float, d0: float, g1: float, d1: float) -> float:
-    """Time in (0, h) where the cubic Hermite interpolant has a minimum below zero, or 0."""
-    if not (g0 > 0.0 and g1 > 0.0 and d0 < 0.0 and d1 > 0.0):
+def dip_below(level: float, h: float, g0: float, d0: float, g1: float, d1: float) -> float:
+    """Time in (0, h) where the cubic Hermite interpolant has a minimum below `level`, or 0."""
+    if not (g0 > 0.0 and g1 > 0.0):
         return 0.0
     a, b, c = hermite_slope(h, g0, d0, g1, d1)
     # a minimum where p' rises through zero
     root = math.sqrt(max(b * b - 4.0 * a * c, 0.0))
-    s = 2.0 * c / (-b - root) if b + root != 0.0 else 0.5
+    if c < 0.0:
+        s = 2.0 * c / (-b - root) if b + root != 0.0 else 0.5
+    else:
+        s = 0.5 * (root - b) / a if a > 0.0 > b and root > 0.0 else 0.0
     if not 0.0 < s < 1.0:
         return 0.0
     value = g0 + s * (c + s * (0.5 * b + s * a / 3.0))
-    return s * h if value < 0.0 else 0.0
+    return s * h if value < level else 0.0
 
 
 @kernel
@@ -186,7 +189,7 @@ def first_event(
                 continue
             high = h
             if g1[slot] >= -tolerance[slot]:
-                high = dip_below_zero(h, g0[slot], d0[slot], g1[slot], d1[slot])
+                high = dip_below(0.0, h, g0[slot], d0[slot], g1[slot], d1[slot])
                 if high == 0.0:
                     continue
                 total += 1

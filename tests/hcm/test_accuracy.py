@@ -512,9 +512,32 @@ def test_a_run_whose_second_takes_too_many_steps_is_kept() -> None:
     assert any("0.001 was wanted" in caution for caution in result.cautions)
 
 
-@pytest.mark.parametrize("status", [hcm.Status.COMPLETED, hcm.Status.UNBALANCED])
+@pytest.mark.parametrize("refused", [True, False])
+def test_an_unbalanced_run_whose_second_takes_too_much_is_kept(
+    monkeypatch: pytest.MonkeyPatch, refused: bool
+) -> None:
+    solve, solved = accuracy_module.simulate_scene, list[hcm.Scene]()
+
+    def unbalanced(scene: hcm.Scene, *given: Any, **named: Any) -> hcm.TapResult:
+        solved.append(scene)
+        if len(solved) == 2 and refused:
+            raise hcm.ParameterError("may need 4 GiB")
+        status = hcm.Status.UNBALANCED if len(solved) == 1 else hcm.Status.WORK_LIMIT
+        return replace(solve(scene, *given, **named), status=status)
+
+    monkeypatch.setattr(accuracy_module, "simulate_scene", unbalanced)
+    result = simulate_within(1e-3, SOFT_SCENE)
+    assert len(solved) == 2
+    assert result.status is hcm.Status.UNBALANCED
+    assert not result.errors
+    assert result.accuracy.expected is None
+    assert "accuracy" not in [choice.setting for choice in result.accuracy.choices]
+    why = "no finer run: may need 4 GiB" if refused else "a finer run takes more than max_steps"
+    assert any(why in caution for caution in result.cautions)
+
+
 def test_a_run_whose_second_is_refused_for_its_size_is_kept(
-    monkeypatch: pytest.MonkeyPatch, status: hcm.Status
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     own, solved = accuracy_module._attempt, list[Chosen]()
 
@@ -522,15 +545,14 @@ def test_a_run_whose_second_is_refused_for_its_size_is_kept(
         solved.append(chosen)
         if len(solved) == 2:
             raise hcm.ParameterError("may need 4 GiB")
-        first = own(chosen, *given)
-        return replace(first, result=replace(first.result, status=status))
+        return own(chosen, *given)
 
     monkeypatch.setattr(accuracy_module, "_attempt", solve)
     settings = hcm.Settings(contact_step=1e-5)
     stated = {"contact_integrator": "generalized-alpha", "contact_step": 1e-5}
     result = simulate_within(1e-3, replace(SOFT_SCENE, settings=settings), stated)
     assert len(solved) == 2
-    assert result.status is status
+    assert result.status is hcm.Status.COMPLETED
     assert result.errors
     assert "no finer run: may need 4 GiB" in result.cautions
 

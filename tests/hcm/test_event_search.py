@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hcm.contact.law import COMPRESSION, STICK, ContactLaw, ContactState
-from hcm.integrators.event_search import dip_below_zero, zero_of_cubic
+from hcm.integrators.event_search import dip_below, zero_of_cubic
 from hcm.reference_solution import ChainStart
 from tests.hcm.cases import SOFT_TIP, integrate, point_mass
 
@@ -40,13 +40,21 @@ def test_a_miss_is_no_contact(step: float) -> None:
 def test_dip_of_a_cubic() -> None:
     """p = (t - 0.4)^2 - d over (0, 1): its minimum -d lies at 0.4."""
     g0, g1 = 0.16, 0.36
-    assert dip_below_zero(1.0, g0 - 0.01, -0.8, g1 - 0.01, 1.2) == pytest.approx(0.4, rel=1e-12)
-    assert dip_below_zero(1.0, g0 + 0.01, -0.8, g1 + 0.01, 1.2) == 0.0
-    # rates of the same sign at both ends: nothing to suspect
-    assert dip_below_zero(1.0, 0.15, -0.8, 0.35, -0.1) == 0.0
+    assert dip_below(0.0, 1.0, g0 - 0.01, -0.8, g1 - 0.01, 1.2) == pytest.approx(0.4, rel=1e-12)
+    assert dip_below(0.0, 1.0, g0 + 0.01, -0.8, g1 + 0.01, 1.2) == 0.0
+    # a dip before a top: p' = -(t - 0.2) (t - 0.8), from rates of one sign or of none
+    a, b, c = -1 / 3, 0.5, -0.16
+    for begin in (0.0, 0.2, -0.1):
+        g0, g1 = (0.02 + t * (c + t * (b + t * a)) for t in (begin, 1.0))
+        d0, d1 = (c + t * (2 * b + 3 * t * a) for t in (begin, 1.0))
+        found = dip_below(0.01, 1.0 - begin, g0, d0, g1, d1)
+        assert found == pytest.approx(0.2 - begin if begin < 0.2 else 0.0, rel=1e-12)
+    # from rest at a top: p = 1 - t^2 + t^3 - d
+    for d, wanted in ((0.9, 2 / 3), (0.84, 0.0)):
+        assert dip_below(0.0, 1.2, 1 - d, 0.0, 1.288 - d, 1.92) == pytest.approx(wanted, rel=1e-12)
     # a genuine cubic with a step other than 1: p = t^3 - t + 0.3 has its minimum at 1/sqrt(3)
     h = 0.9
-    found = dip_below_zero(h, 0.3, -1.0, h**3 - h + 0.3, 3 * h * h - 1)
+    found = dip_below(0.0, h, 0.3, -1.0, h**3 - h + 0.3, 3 * h * h - 1)
     assert found == pytest.approx(1 / np.sqrt(3), rel=1e-12)
 
 

@@ -263,6 +263,23 @@ def test_a_rod_under_a_torque_alone_touches_in_its_first_turn(rate: float, order
     assert fall.time == pytest.approx(min(touches), rel=1e-6)
 
 
+@pytest.mark.parametrize("below", [0.03, 0.1, 0.25])
+@pytest.mark.parametrize("depth", [1e-4, 1e-3])
+def test_a_rod_from_rest_finds_a_shallow_touch(depth: float, below: float) -> None:
+    """theta = theta_0 + tau t^2/2I swings through the vertical, where it reaches `depth` (over L)
+    below the surface: the cubic through a step's ends is off by more."""
+    torque, length = 0.004, SOFT.length
+    inertia = SOFT.line_density * length**3 / 3
+    way = math.acos(1 - depth) + below
+    scene = hcm.Scene(
+        finger(SOFT, 1), hcm.Surface(length * (1 - depth), 0.5), SOFT_TIP,
+        hcm.Drive((torque,), gravity=0.0), start=hcm.RigidStart((math.pi / 2 - way,), (0.0,)),
+    )  # fmt: skip
+    fall = rods_fall(scene)
+    assert fall is not None
+    assert fall.time == pytest.approx(math.sqrt(2 * below * inertia / torque), rel=1e-6)
+
+
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:
     whole = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=RIGID)
     chain = build_rods(finger(SOFT), SURFACE, hcm.Drive())[0]

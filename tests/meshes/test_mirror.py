@@ -1,6 +1,7 @@
 """The full body made of a half model: its volume, its sets, its shared plane, its orientation."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -80,6 +81,15 @@ def test_each_phalanx_owns_its_cells_and_nodes() -> None:
     assert spans == pytest.approx([0.04, 0.04])
     radius = [math.hypot(*row[1:]) for row in FULL.points.tolist()]
     assert max(radius) == pytest.approx(7.5e-3)
+
+
+def test_sets_of_ones_own_are_mirrored() -> None:
+    end = 0.9 * HALF.points[:, 0].min()
+    near = np.flatnonzero(HALF.points[HALF.cells].mean(axis=1)[:, 0] < end)
+    mesh = meshes.mirrored(replace(HALF, cell_sets={**HALF.cell_sets, "relaxing": near}))
+    wanted = np.flatnonzero(mesh.points[mesh.cells].mean(axis=1)[:, 0] < end)
+    assert 0 < near.size < len(HALF.cells)
+    assert np.array_equal(mesh.cell_sets["relaxing"], wanted)
 
 
 def test_a_full_body_or_a_plane_has_no_mirror_image() -> None:

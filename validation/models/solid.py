@@ -93,9 +93,9 @@ class Solid(Adapter):
             elif settings.estimate:
                 beside = solid_mesh.companion(tables, self.dimension, sizing)
             if materials != elastic:
-                mesh, coarse, beside = (
+                mesh, beside = (
                     body and solid_mesh.relaxing_near(tables, touch, sizing, body)
-                    for body in (mesh, coarse, beside)
+                    for body in (mesh, beside)
                 )
             if settings.element == reference_fem.ONE_POINT and self.dimension == 3 and not warm:
                 _warm_up_element(self, settings.element, damped)

@@ -192,7 +192,7 @@ def accuracy_record(
         found["element"] = (settings.element, "skipped: seven of eight points, 1 % of a tap")
     relaxes = max(m.relaxation_time for m in materials)
     if relaxes != 0.0:
-        friction = "where it touches: a sliding tip flutters without it, finer meshes diverge"
+        friction = "near the touch: without it a sliding tip flutters, meshes come to no limit"
         found["relaxation_time"] = (relaxes, friction)
     stated = fem.stated(meshes.Sizing) | fem.stated(reference_fem.Settings)
     stated |= dict.fromkeys((*tables.material.model_fields_set, "mesh"))

@@ -204,17 +204,19 @@ def relaxing_near(
     """The mesh with its elements near the touch as the set ``relaxing``.
 
     The touch at rest is c + R (-cos, -sin)(angle), c the centre of the tip's ball, R its radius.
-    Where a shaft touches, which may be all along, all elements are left to relax.
+    All elements are left to relax where a shaft touches, which may be all along, and where a run
+    goes on to further taps, which may be elsewhere.
     """
     sizes, radius = sizes_of(tables), tables.tip_radius
-    if sizes is None or sizing.lies:
+    lies = replace(sizing, contact_angle=touch.angle).lies
+    if sizes is None or lies or tables.solver.fem.end_time is not None:
         return mesh
     place = np.zeros(mesh.dim)
     tip = -sum(tables.per_phalanx(tables.finger.length))
     place[0] = tip + radius * (1.0 - math.cos(touch.angle))
     place[1] = -radius * math.sin(touch.angle)
-    centres = mesh.points[mesh.cells].mean(axis=1)
-    near = np.linalg.norm(centres - place, axis=1) <= sizes.reach * touch.patch_radius
+    away = np.linalg.norm(mesh.points[mesh.cells].mean(axis=1) - place, axis=1)
+    near = away <= max(sizes.reach * touch.patch_radius, away.min())
     return replace(mesh, cell_sets={**mesh.cell_sets, "relaxing": np.flatnonzero(near)})
 
 

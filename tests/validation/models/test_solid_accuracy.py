@@ -11,6 +11,7 @@ import pytest
 
 import reference_fem
 from reference_fem.accuracy import RELAXATION_REACH, sizes_for
+from reference_fem.model import build_model
 from validation.errors import UserError
 from validation.harness.record import RunRecord
 from validation.models import solid, solid_accuracy, solid_inputs, solid_mesh
@@ -75,39 +76,77 @@ def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: 
         assert one.relaxation_time == pytest.approx(wanted, rel=1e-12)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_elements_near_the_touch_alone_relax(dimension: solid_inputs.Dimension) -> None:
-    """The lowest point of the ball at the predicted angle; all relax where a shaft touches."""
-    tables = load_scene("soft", [STRICT]).tables
+FALLS = {
+    "soft": ([], 3),
+    "plane": ([], 2),
+    "both halves": (["solver.fem.symmetry=false"], 3),
+    "uphill": (["surface.incline=0.2"], 3),
+    "swung over": (["start.angles=[2.2, 2.2, 2.4]", "start.rates=10"], 2),
+}
+
+
+@pytest.mark.parametrize("of", FALLS)
+def test_elements_near_the_touch_alone_relax(of: str) -> None:
+    """Near the lowest point of the ball, turned as it is at the predicted touch."""
+    overrides, dimension = FALLS[of]
+    tables = load_scene("soft", [STRICT, *overrides]).tables
     sizing, touch = solid_mesh.sizing_of(tables, dimension)
+    assert (touch.angle < 0) == (of == "swung over")
     mesh = solid_mesh.build_mesh(tables, dimension, sizing)
     marked = solid_mesh.relaxing_near(tables, touch, sizing, mesh)
-    centres = mesh.points[mesh.cells].mean(axis=1)[:, :2]
-    surface = mesh.points[np.unique(mesh.facet_sets["surface"]), :2]
+    surface = mesh.points[np.unique(mesh.facet_sets["surface"])]
+    if dimension == 3:
+        surface = surface[np.abs(surface[:, 2]) < 1e-9]
     turned = touch.angle - 0.5 * np.pi  # of the surface's normal in the finger's frame
-    lowest = surface[np.argmax(surface @ [np.sin(turned), -np.cos(turned)])]
+    lowest = surface[np.argmax(surface[:, :2] @ [np.sin(turned), -np.cos(turned)])]
+    centres = mesh.points[mesh.cells].mean(axis=1)
     away = np.linalg.norm(centres - lowest, axis=1) / touch.patch_radius
     relaxing = np.isin(np.arange(len(centres)), marked.cell_sets["relaxing"])
-    if dimension == 3:
-        away = np.hypot(away, mesh.points[mesh.cells].mean(axis=1)[:, 2] / touch.patch_radius)
-    slack = 0.5  # a node is up to half an edge from the predicted point
+    # the node is up to half an edge of the surface from the point
+    slack = 0.75 * sizing.tip_size / touch.patch_radius
     assert relaxing[away < RELAXATION_REACH - slack].all()
     assert not relaxing[away > RELAXATION_REACH + slack].any()
     assert 20 < relaxing.sum() < 0.5 * len(relaxing)
-    lying = replace(sizing, contact_angle=0.5 * np.pi)
-    assert solid_mesh.relaxing_near(tables, touch, lying, mesh) is mesh
+    _, _, drive, settings = solid_inputs.solid_parts(tables)
+    damped = [replace(m, relaxation_time=1e-8) for m in solid_inputs.solid_parts(tables).materials]
+    height = reference_fem.Surface(tables.surface.height, 0.5)
+    model = build_model(marked, damped, height, drive, settings)
+    assert np.array_equal(model.kernel.relaxation, np.where(relaxing, 1e-8, 0.0))
 
 
-def test_damping_far_from_the_touch_moves_no_number_by_its_error() -> None:
-    """1e-3 of the paper's soft finger, at an accuracy of 1e-2: it differs by 1e-4."""
+@pytest.mark.parametrize(
+    ("overrides", "wanted"),
+    [
+        (["surface.height=0.05", "start.angles=[0.2, 0, -0.3]", "solver.fem.tip_size=0.004"], None),
+        (["solver.fem.end_time=0.16"], None),
+        (["surface.height=0.05", "start.angles=[0.3, 0.3, -0.05]", "solver.fem.tip_size=0.004"], 1),
+    ],
+    ids=["a shaft touches", "further taps", "a coarse mesh"],
+)
+def test_where_all_elements_relax_and_where_the_nearest(
+    overrides: list[str], wanted: int | None
+) -> None:
+    tables = load_scene("soft", ["solver.accuracy=1e-2", *overrides]).tables
+    sizing, touch = solid_mesh.sizing_of(tables, 2)
+    mesh = solid_mesh.build_mesh(tables, 2, sizing)
+    marked = solid_mesh.relaxing_near(tables, touch, sizing, mesh)
+    found = marked.cell_sets.get("relaxing")
+    assert (None if found is None else len(found)) == wanted
+
+
+def test_damping_far_from_the_touch_changes_less_than_the_damping_near_it() -> None:
+    """On the paper's soft finger at 1e-2: 0.05 % of the peak, where it takes 0.26 % off in all."""
     asked = "solver.accuracy=1e-2", "solver.fem.estimate=false"
     near = solve(load_scene("soft", asked), "fem3d", None).record
     tau = {c["setting"]: c["value"] for c in near.accuracy["choices"]}["relaxation_time"]
-    stated = load_scene("soft", (*asked, f"material.relaxation_time={tau}"))
-    everywhere = solve(stated, "fem3d", None).record
-    for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
-        assert near.value(key) == pytest.approx(everywhere.value(key), rel=1e-3)
-        assert near.value(key) != everywhere.value(key)
+    everywhere, elastic = (
+        solve(load_scene("soft", (*asked, f"material.relaxation_time={t}")), "fem3d", None).record
+        for t in (tau, 0)
+    )
+    for key in ("peak_normal_force_N", "normal_impulse_N_s"):
+        own, most, least = (of.value(key) for of in (near, everywhere, elastic))
+        assert 0.0 < abs(own - most) < 0.5 * abs(least - most)
+        assert abs(own - most) < 1e-3 * own  # a tenth of the accuracy
 
 
 def test_an_accuracy_leaves_a_mesh_file_as_it_is() -> None:

@@ -85,24 +85,36 @@ def acting_between(rods: Rods, pieces: tuple[Piece, ...], begin_s: float, end_s:
     """The rods with the `moment` of torques between these times, s; later ones bend nothing.
 
     A torque that began a time t before the end makes a beam vibrate at sin(w t) of its full speed,
-    w being that of its first shape on two hinges, and counts by min(w t, 1).
+    w being that of its first shape on two hinges, and counts by min(w t, 1). Vibrations of several
+    changes may be in phase: those of jumps add up, and of changes of rate, over w.
     pieces : of `build_rods`, the torques on each rod, M_w - M_(w+1) where joints react.
     """
     if len(pieces) == 1 and not pieces[0].torques.any():  # saves a twentieth of a tap
         return rods
-    found = [np.zeros(rods.length.size)]
+
+    def at_ends(torques: Floats) -> Floats:
+        if not rods.reaction:
+            return np.abs(torques)
+        ends = np.abs(torques[:, ::-1].cumsum(axis=1)[:, ::-1])
+        ends[:, :-1] += ends[:, 1:].copy()
+        return ends
+
+    shaken, found = np.zeros(rods.length.size), [np.zeros(rods.length.size)]
+    torque = rate = np.zeros((1, rods.length.size))
     first_frequency = (math.pi / rods.length) ** 2 * np.sqrt(rods.bending * rods.length / rods.mass)
     for piece in pieces:
         first, last = max(piece.begin_s, begin_s), min(piece.end_s, end_s)
         if first < last:
             passed = np.array([[first], [last]]) - piece.begin_s
             ends = piece.torques[0] + passed * piece.torques[1]
-            if rods.reaction:
-                ends = np.abs(ends[:, ::-1].cumsum(axis=1)[:, ::-1])
-                ends[:, :-1] += ends[:, 1:].copy()
             turned = np.minimum(first_frequency * (end_s - first), 1.0)
-            found.append(np.abs(ends).max(axis=0) * turned)
-    return rods._replace(moment=np.maximum.reduce(found))
+            found.append(at_ends(ends).max(axis=0) * turned)
+            changed = (
+                at_ends(ends[:1] - torque) + at_ends(piece.torques[1:] - rate) / first_frequency
+            )
+            shaken += changed[0] * turned
+            torque, rate = ends[1:], piece.torques[1:]
+    return rods._replace(moment=np.maximum.reduce([*found, shaken]))
 
 
 @entry

@@ -12,7 +12,14 @@ from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual
 from hcm.contact.law import IN_FLIGHT, contact_law
 from hcm.fall import rods_fall
-from hcm.flight.rigid_chain import Rods, build_rods, clearance, rates, reactions
+from hcm.flight.rigid_chain import (
+    Rods,
+    acting_between,
+    build_rods,
+    clearance,
+    rates,
+    reactions,
+)
 from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
 from hcm.model import rigid_motion
 from hcm.simulate import LARGEST_LEFT_OUT
@@ -278,6 +285,43 @@ def test_a_rod_from_rest_finds_a_shallow_touch(depth: float, below: float) -> No
     fall = rods_fall(scene)
     assert fall is not None
     assert fall.time == pytest.approx(math.sqrt(2 * below * inertia / torque), rel=1e-6)
+
+
+@pytest.mark.parametrize("before", [0.15, 0.05, 0.11])
+@pytest.mark.parametrize("depth", [1.9e-5, 1e-5, 3e-6])
+def test_a_turning_rod_finds_a_touch_within_the_cubics_error(depth: float, before: float) -> None:
+    """Steps of 0.3 rad, one of which passes the lowest point so far after its start: the tip of
+    L sin(omega t) is below the surface for 2 sqrt(2 depth), but no cubic through the ends is."""
+    spin, way = 30.0, 4 * 0.3 + before
+    scene = hcm.Scene(
+        finger(SOFT, 1), hcm.Surface(SOFT.length * (1 - depth), 0.5), SOFT_TIP,
+        hcm.Drive(gravity=0.0), start=hcm.RigidStart((math.pi / 2 - way,), (spin,)),
+    )  # fmt: skip
+    fall = rods_fall(scene)
+    assert fall is not None
+    assert fall.time == pytest.approx((way - math.acos(1 - depth)) / spin, rel=1e-7)
+
+
+def test_vibrations_of_several_torque_changes_add_up() -> None:
+    """Jumps by what they change, kinks by the change of rate over w; one torque is as it was."""
+    body, end = finger(SOFT, 1), 1.0
+    slow = (math.pi / SOFT.length) ** 2 * math.sqrt(SOFT.bending_stiffness / SOFT.line_density)
+
+    def moment(times: list[float], torques: list[float]) -> float:
+        table = hcm.TorqueTable(tuple(times), tuple((t,) for t in torques))
+        rods, pieces = build_rods(body, SURFACE, hcm.Drive(table=table))
+        return float(acting_between(rods, pieces, 0.0, end).moment[0])
+
+    assert moment([0.0], [3.0]) == 3.0
+    assert moment([0.0, 0.2, 0.2], [3.0, 3.0, -1.0]) == pytest.approx(3 + 4, rel=1e-12)
+    times = np.repeat(np.arange(1, 10) / 10, 2).tolist()
+    square = [0.0, *np.repeat([1.0, -1.0] * 5, 2).tolist()][: len(times)]
+    assert moment(times, square) == pytest.approx(1 + 2 * 8, rel=1e-12)
+    # a saw of kinks is as large as its torque or, if faster than the beam, its kinks
+    rate = 100.0 * slow
+    period = 1e-3 / slow
+    saw = moment((np.arange(5) * period).tolist(), [0.0, rate * period, 0.0, rate * period, 0.0])
+    assert saw == pytest.approx(100.0 * (1 + 2 + 2 + 2 + 1), rel=1e-9)
 
 
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:

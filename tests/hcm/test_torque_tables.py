@@ -150,11 +150,13 @@ def test_largest_torques_at_a_rods_ends_are_those_of_the_time(reaction: bool) ->
     )
     scene = finger(SOFT, 2), SURFACE, hcm.Drive(table=table, reaction=reaction)
     rods, pieces = build_rods(*scene)
-    for end, joints in ((0.05, (2.0, 2.0)), (0.1, (3.0, 4.0)), (0.2, (4.0, 4.0))):
-        # at 0.05 s (2, 1), at 0.2 s (-4, 3): linear between kinks; far longer than a vibration
+    for end, joints in ((0.05, (2.0, 2.0)), (0.1, (3.0, 4.0)), (0.2, (4.0, 2.0 + 4.0))):
+        # at 0.05 s (2, 1), at 0.2 s (-4, 3): linear between kinks; far longer than a vibration.
+        # At 0.2 s the second joint has two jumps, of 2 and 4, whose vibrations may be in phase.
         found = acting_between(rods, pieces, 0.0, end).moment
-        both = {0.05: 3.0, 0.1: 7.0, 0.2: 7.0}[end]
-        assert found == pytest.approx([both if reaction else joints[0], joints[1]])
+        both = {0.05: 3.0, 0.1: 7.0, 0.2: 3.0 + 7.0}[end]
+        # kinks add their change of rate over the frequency, some 60 N m/s over 2e4 1/s each
+        assert found == pytest.approx([both if reaction else joints[0], joints[1]], rel=5e-3)
 
 
 def test_a_torque_that_begins_just_before_the_end_has_bent_little() -> None:

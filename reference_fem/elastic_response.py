@@ -13,11 +13,13 @@ beyond,
 
     ε = (p L²/2 + F L)/(E A),  ω = π/(2 L) √(E/ρ),
 
-which come suddenly where a flight begins (jumps in a table of torques are not counted).
+which come suddenly where a flight begins. Torques that change on the way excite it again, perhaps
+in phase: their jumps count as such an M, and changes of their rate, over ω₁; all are added.
 """
 
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -93,14 +95,18 @@ def elastic_response(
     first = (math.pi / lengths) ** 2 * np.sqrt(stiffness / line)
     axial = 0.5 * math.pi / lengths * np.array([m.bar_speed for m in materials])
 
-    def deformed(time_s: float, of_joints: Array) -> tuple[Array, Array]:
-        """δ and ε under the loads and the joints' torques of a time, (P,) m."""
+    def bent_by(of_joints: Array) -> Array:
+        """δ by the joints' torques alone, (P,) m."""
         ends = np.abs(of_joints)
         if drive.reaction:
             ends[:-1] += ends[1:]
+        return np.asarray(ends * lengths**2 / (9.0 * math.sqrt(3.0) * stiffness))
+
+    def deformed(time_s: float, of_joints: Array) -> tuple[Array, Array]:
+        """δ and ε under the loads and the joints' torques of a time, (P,) m."""
         across, along, pull = loads(chain, flown.state_at(time_s), lengths, line)
-        bent = 5.0 * across * lengths**4 / 384.0 + ends * lengths**2 / (9.0 * math.sqrt(3.0))
-        return bent / stiffness, (0.5 * along * lengths**2 + pull * lengths) / (modulus * area)
+        bent = 5.0 * across * lengths**4 / (384.0 * stiffness) + bent_by(of_joints)
+        return bent, (0.5 * along * lengths**2 + pull * lengths) / (modulus * area)
 
     kinks = joints.times[(joints.times > begin) & (joints.times < touch)]
     times = (*np.linspace(begin, touch, SAMPLES), *kinks)
@@ -108,6 +114,8 @@ def elastic_response(
     bent, drawn = zip(*map(deformed, times, torques), strict=True)
     turned, drawing = (np.minimum(w * (touch - begin), math.pi / 2.0) for w in (first, axial))
     depth, stretch = np.max(bent, axis=0), drawn[0]
+    for (start, end, value, rate), (_, _, later, changed) in pairwise(joints.pieces(begin, touch)):
+        depth += bent_by(later - value - (end - start) * rate) + bent_by(changed - rate) / first
     bending_speed = float((depth * first * np.sin(turned)).max())
     stretching_speed = float((stretch * axial * np.sin(drawing)).max())
     depth, stretch = depth * (1.0 - np.cos(turned)), stretch * (1.0 - np.cos(drawing))

@@ -50,6 +50,25 @@ AREA, STIFFNESS = math.pi * R**2, SOFT.youngs_modulus * math.pi * R**4 / 4
 FIRST = (math.pi / L) ** 2 * math.sqrt(STIFFNESS / (SOFT.density * AREA))
 
 
+@pytest.mark.parametrize("reaction", [False, True])
+def test_vibrations_of_torques_that_change_on_the_way_add_up(reaction: bool) -> None:
+    """A square wave of N jumps by 2 M bends as M and 2 N M; a kink as its change of rate over w."""
+
+    def depth(times: list[float], torques: list[float]) -> float:
+        table = rf.TorqueTable(tuple(times), tuple((0.0, t) for t in torques))
+        drive = rf.Drive(gravity=0.0, reaction=reaction, table=table)
+        return of_rods(2, drive, held(2)).depth - alone
+
+    alone, torque, jumps = 0.0, 1e-3, 9
+    bend = torque * L**2 / (9 * math.sqrt(3) * STIFFNESS)
+    alone = depth([0.0], [torque])  # by the torque, and by the mass that it moves
+    times = np.repeat(np.arange(1, jumps + 1) / 20, 2).tolist()
+    wave = [torque * (-1) ** (n + side) for n in range(jumps) for side in (0, 1)]
+    assert depth(times, wave) == pytest.approx(2 * jumps * bend, rel=1e-9)
+    slow = depth([0.0, 0.5, 1.0], [torque, torque, 0.0])
+    assert slow == pytest.approx(bend * 2.0 / FIRST, rel=1e-6)
+
+
 def test_a_rod_sags_under_the_load_at_its_hinge() -> None:
     """At rest the hinge's end alone has no acceleration: p = ρ A g, and 5 p L⁴/384 E I."""
     of = of_rods(1, rf.Drive(), held(1))

@@ -28,6 +28,7 @@ from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 G = 9.8
 RIGID = hcm.Settings(flight="rigid", flight_step=0.01)
+NO_ESTIMATE = hcm.Settings(estimate=False)
 
 
 def limits(tolerance: float, step: float = 0.01, end: float = math.inf) -> StepLimits:
@@ -322,6 +323,25 @@ def test_vibrations_of_several_torque_changes_add_up() -> None:
     period = 1e-3 / slow
     saw = moment((np.arange(5) * period).tolist(), [0.0, rate * period, 0.0, rate * period, 0.0])
     assert saw == pytest.approx(100.0 * (1 + 2 + 2 + 2 + 1), rel=1e-9)
+
+
+def test_a_torque_that_jumps_late_is_in_a_rigid_flights_error() -> None:
+    """It balances the weight for half a second: 0.9 % of the peak at 1 GPa, 0.2 % at 3 GPa."""
+
+    def taps(modulus: float) -> tuple[hcm.TapResult, hcm.TapResult]:
+        rod = hcm.Phalanx(0.05, 0.008, modulus, 1400.0)
+        weight = rod.line_density * rod.length * G
+        table = hcm.TorqueTable((0.5, 0.5), ((-weight * rod.length / 2,), (0.0,)))
+        own = hcm.Finger((rod,)), hcm.Surface(0.03, 0.3), SOFT_TIP, hcm.Drive(table=table)
+        scene = hcm.Scene(*own, settings=NO_ESTIMATE)
+        stiff = hcm.simulate(*own, settings=hcm.Settings(flight="rigid"))
+        return stiff, hcm.simulate_within(1e-3, scene)
+
+    assert taps(1e9)[0].status is hcm.Status.TOO_FLEXIBLE
+    stiff, exact = taps(3e9)
+    off = abs(stiff.summary.peak_normal_force_N - exact.summary.peak_normal_force_N)
+    stated = stiff.errors["peak_normal_force_N"]
+    assert stated / 8 < off < stated
 
 
 def test_a_rigid_flight_goes_on_from_a_given_start() -> None:

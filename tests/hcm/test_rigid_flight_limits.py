@@ -41,12 +41,15 @@ def test_a_finger_that_deforms_on_its_way_is_too_flexible(scene: Any, least: flo
 
 
 @pytest.mark.parametrize("end", [0.06, None])
-def test_steps_too_long_for_the_rods_are_no_result(end: float | None) -> None:
-    """From rest the torques turn a rod by more than a step may, within the first one."""
+def test_steps_too_long_for_the_rods_are_shortened(end: float | None) -> None:
+    """From rest the torques would turn a rod by more than a step may, within the first one: the
+    audit was off by over 10 %. Steps of 0.6 rad of order 5 leave some 1e-4 each.
+    """
     coarse = hcm.Settings(flight="rigid", flight_tolerance=0.0, flight_step=0.01, end_time=end)
     run = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive((0.2, 0.0, 0.08)), coarse)
-    assert run.status is hcm.Status.UNBALANCED
-    assert not run.summary.energy_residual <= 0.1
+    # on to the touch the beams would bend too much
+    assert run.status is (hcm.Status.COMPLETED if end else hcm.Status.TOO_FLEXIBLE)
+    assert run.summary.energy_residual < 5e-3
 
 
 CHILD = """

@@ -118,7 +118,7 @@ def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Att
     settings = chosen.scene.settings
     solve_scene = partial(simulate_scene, progress=progress)
     alone = replace(chosen.scene, settings=replace(settings, estimate=False))
-    result = solve_scene(alone if settings.estimate else chosen.scene, fall=chosen.fall)
+    result = solve_scene(alone, fall=chosen.fall)
     if not (settings.estimate and _touched(result) and result.status is Status.COMPLETED):
         return _Attempt(chosen, result)
     coarse = solve_scene(_coarser(chosen, result))

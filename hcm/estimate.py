@@ -292,8 +292,7 @@ def estimate_errors(
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
     lasts = max((own.summary.contact_time_s or 0.0) - float(own.history.time_s[0]), 0.0)
     late = omitted_time(left_out, finger, lasts)
-    driven = scene.drive.table is not None or any(scene.drive.torques)
-    omitted = left_out / (1.0 if driven else LEFT_OUT_OVER)
+    omitted = left_out / (1.0 if scene.drive.has_torques else LEFT_OUT_OVER)
     errors = companion_errors(own, other, 2.0 if few else 1.0, omitted, bent, late)
     if folded(own, finger.length) or grazes(own):
         tighter = rescaled_settings(settings, own, TIGHTER ** (1 / 3), most)

@@ -182,6 +182,11 @@ class Drive:
             raise ParameterError(f"torques = {self.torques!r}: must be () where a table is given")
 
     @property
+    def has_torques(self) -> bool:
+        """Whether it has a table, or any torque but zero."""
+        return self.table is not None or any(self.torques)
+
+    @property
     def gravity_vector(self) -> tuple[float, float]:
         """f, acceleration by gravity in the surface's frame, -g (sin, cos)(incline), m/s^2."""
         return -self.gravity * math.sin(self.incline), -self.gravity * math.cos(self.incline)

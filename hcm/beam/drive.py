@@ -68,7 +68,7 @@ def piece_at(pieces: Sequence[Piece], time_s: float) -> Piece:
 
 def acting_joints(drive: Drive, count: int) -> tuple[Ints, Ints]:
     """Joint (T,) of each torque on a node, and its sign: -1 for a reaction, which comes second."""
-    if drive.table is None and not any(drive.torques):
+    if not drive.has_torques:
         return np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64)
     values = torque_rows(drive, count)
     found: list[tuple[int, int]] = []
@@ -88,7 +88,7 @@ def torques_on_nodes(drive: Drive, count: int) -> tuple[Piece, ...]:
 
 def torques_on_rods(drive: Drive, count: int) -> tuple[Piece, ...]:
     """Pieces of the torques on rigid phalanges, reactions included."""
-    if drive.table is None and not any(drive.torques):
+    if not drive.has_torques:
         return (Piece(0.0, math.inf, np.zeros((2, count))),)
     values = torque_rows(drive, count)
     if drive.reaction:

@@ -139,17 +139,19 @@ def cubic_error(h: float, state: Floats, new: Floats, stages: Floats, rods: Rods
 
 
 @kernel
-def dip(
+def first_below(
     time: float, h: float, state: Floats, stages: Floats, rods: Rods, new: Floats
 ) -> tuple[float, int]:
-    """Time in (0, h) at which the tip is below the surface in a step to `new` above it, or 0.
+    """Time in (0, h] of a step to `new` at which the tip is below the surface, or 0.
 
-    Trial steps go to the minima of cubics, as long as these are within their errors above zero or
-    below, through both ends and then through the last trial. `new` gets the last one's state.
-    Returns the trials too.
+    If it is not at the end, trial steps go to the minima of cubics, as long as these are within
+    their errors above zero or below, through both ends and then through the last trial. `new` gets
+    the last one's state. Returns the trials too.
     """
     low, high = 0.0, h
     (g_low, d_low), (g_high, d_high) = clearance(state, rods), clearance(new, rods)
+    if not g_high > 0.0:
+        return h, 0
     error = cubic_error(h, state, new, stages, rods)
     for trials in range(DIP_TRIALS):
         level = error * ((high - low) / h) ** 4
@@ -210,17 +212,15 @@ def take_steps(
         repeats += repeated
         if repeated > REPEATS:
             return row, FAILED, repeats, trials, h
-        end_gap = clearance(new, rods)[0]
-        code, step, below = FULL, h, h
-        if end_gap > 0.0:
-            below, used = dip(time, h, state, stages, rods, new)
-            trials += used
-            if used > 0 and below == 0.0:
-                dormand_prince(time, h, state, stages, rods, new)
+        code, step = FULL, h
+        below, used = first_below(time, h, state, stages, rods, new)
+        trials += used
         if below > 0.0:
             step, used = locate_touch(time, below, near, state, stages, rods, new)
             trials += used
             code = TOUCHED
+        elif used > 0:
+            dormand_prince(time, h, state, stages, rods, new)
         time += step
         for i in range(2 * n):
             stages[0, i], state[i] = stages[STAGES - 1, i], new[i]

@@ -95,28 +95,15 @@ def build_model(
     count = mesh.phalanges
     check_materials(materials, count)
     phalanx, body_of_point, body_nodes = _bodies(mesh, cells)
-    young, poisson, density, relaxation, bulk = np.array(
-        [
-            (m.youngs_modulus, m.poisson_ratio, m.density, m.relaxation_time, m.bulk_modulus)
-            for m in materials
-        ]
-    )[phalanx].T.copy()
-    if "relaxing" in mesh.cell_sets:
-        relaxation *= np.isin(np.arange(len(cells)), mesh.cell_sets["relaxing"])
     radii = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])
-    radius = radii[phalanx]
-    thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radius),)
-    elastic = points, cells, young, poisson, density
-    kernel = _formulation(mesh.dim, settings)(*elastic, *thickness, relaxation)
+    kernel = _kernel(mesh, materials, phalanx, radii, settings)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     symmetry_factor = 2 if symmetry.size else 1
     ties = ties_of(mesh.ties)
     mass = ties.sums(kernel.lumped_mass)
-    factors = np.ones(mass.size)
     if mesh.shape is not None:
         true = true_chain(mesh.shape, materials, drive, mesh.dim)
-        factors = mass_factors(points, mass, body_nodes, true, symmetry_factor)
-    mass = mass * factors
+        mass = mass * mass_factors(points, mass, body_nodes, true, symmetry_factor)
     kernel = replace(kernel, lumped_mass=mass)
     free = mass.copy()
     free[ties.nodes] = 1.0
@@ -127,17 +114,17 @@ def build_model(
             mass=mass,
             symmetry_factor=symmetry_factor,
             cell_volume=kernel.cell_volume,
-            cell_bulk_modulus=bulk,
+            cell_bulk_modulus=np.array([m.bulk_modulus for m in materials])[phalanx],
             material=materials[-1],
             radius=float(radii[-1]),
         ),
         settings,
     )
-    outline = float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1]
     hinge_sides, hinge_points = _hinge_sides(mesh, radii)
     contact_cells = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     loads = drive.loads_for(count) / symmetry_factor
     last = _wanted(mesh.cell_sets, f"phalanx_{count}", "cell")
+    outline = float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1]
     springs = contact.nodes, contact.stiffness
     limit = stable_step(kernel, *springs, symmetry, contact.damping, ties)
     step_s = settings.step_factor * limit
@@ -187,6 +174,26 @@ def _bodies(mesh: meshes.FingerMesh, cells: Index) -> tuple[Index, Index, list[I
             "and every node a cell"
         )
     return phalanx, body_of_point, body_nodes
+
+
+def _kernel(
+    mesh: meshes.FingerMesh,
+    materials: Sequence[Material],
+    phalanx: Index,
+    radii: Array,
+    settings: Settings,
+) -> ElementKernel:
+    """The mesh's elements; phalanx (n_cells,) from 0, radii (P,) of the phalanges, m."""
+    points = np.ascontiguousarray(mesh.points, dtype=np.float64)
+    cells = np.ascontiguousarray(mesh.cells, dtype=np.int64)
+    young, poisson, density, relaxation = np.array(
+        [(m.youngs_modulus, m.poisson_ratio, m.density, m.relaxation_time) for m in materials]
+    )[phalanx].T.copy()
+    if "relaxing" in mesh.cell_sets:
+        relaxation *= np.isin(np.arange(len(cells)), mesh.cell_sets["relaxing"])
+    thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radii[phalanx]),)
+    elements = _formulation(mesh.dim, settings)
+    return elements(points, cells, young, poisson, density, *thickness, relaxation)
 
 
 def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array) -> Iterator[Couple]:

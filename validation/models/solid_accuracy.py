@@ -5,7 +5,7 @@ Stated errors bound 9 of 10 true ones (336 random taps: at most 93 % of the stat
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import meshes
@@ -35,6 +35,25 @@ FLIGHT_REASON = "a rigid one leaves out {} of the tap"
 FINER_ENDS = "on a finer mesh the run ends as {}"
 
 
+@dataclass(frozen=True)
+class _Search:
+    """The runs of a scene on finer and finer meshes.
+
+    targets : accuracies that the meshes were sized for
+    finer : why no finer mesh was used, where one was wanted
+    """
+
+    runs: list[Outcome]
+    targets: list[float]
+    finer: str = ""
+
+    @property
+    def kept(self) -> int:
+        """Number of the finest completed run, or of the only one."""
+        unknown = self.runs[-1].record.accuracy["expected"] is None
+        return max(0, len(self.runs) - (2 if unknown else 1))
+
+
 def solved_within(
     solve: Callable[[NamedScene], Outcome], scene: NamedScene, dimension: Dimension
 ) -> Outcome:
@@ -57,49 +76,26 @@ def solved_within(
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
     once = fem.estimate is False or fem.mesh is not None
-    smallest = min(wanted, reference_fem.SMALLEST)
-    target, runs, targets, finer = FIRST_TARGET_SHARE * wanted, list[Outcome](), list[float](), ""
-    while True:
-        if target < LEAST_FACTOR * smallest:  # the next step down would be too small
-            target = smallest
+
+    def attempt(target: float) -> Outcome:
         asked = [] if once else [f"solver.fem.accuracy={target:.3g}"]
-        try:
-            run = solve(changed_scene(scene.name, scene.document, [*asked, *flight], scene.name))
-        except UserError as error:
-            if not runs and flight:
-                flight = []
-                continue
-            if not runs:
-                raise
-            finer = f"a finer mesh is refused: {error}"
-            break
-        if runs and run.record.status == "INTERRUPTED":
-            return run
-        run = _overlapping(run, runs)
-        runs.append(run)
-        targets.append(target)
-        left, expects = run.mesh_error, run.record.accuracy["expected"]
-        last = once or len(runs) == SOLVES or target <= smallest
-        if last or left is None or expects is None:
-            break
-        # errors that no mesh reduces take their part of the wanted one, if there is room for both
-        room = math.sqrt(max(wanted**2 - (expects**2 - left**2), 0.0))
-        room = room if room >= REMAINING_SHARE * wanted else wanted
-        if left <= room:
-            break
-        by = min(max(left / room, LEAST_FACTOR), MOST_FACTOR)
-        target = min(target, reference_fem.COARSEST) / by
-    expected = [run.record.accuracy["expected"] for run in runs]
-    kept = max(0, len(runs) - (2 if expected[-1] is None else 1))
-    if not runs[-1].record.ok:
-        finer = FINER_ENDS.format(runs[-1].record.status.lower().replace("_", " "))
-    reason = "for the mesh, whose estimate exceeds its error"
-    if len(runs) > 1:
-        reason = f"solved {len(runs)} times: the first run's estimate was {expected[0]:.2g}"
-    tried = {"setting": "accuracy", "value": shown(targets[kept]), "reason": reason}
-    time = sum(run.record.summary["wall_time_s"] for run in runs)
-    record = runs[kept].record.with_summary(wall_time_s=time)
-    choices = [*record.accuracy["choices"], *([] if once else [tried])]
+        return solve(changed_scene(scene.name, scene.document, [*asked, *flight], scene.name))
+
+    first = _not_below_smallest(FIRST_TARGET_SHARE * wanted, wanted)
+    try:
+        run = attempt(first)
+    except UserError:
+        if not flight:
+            raise
+        flight = []
+        run = attempt(first)
+    search = _Search([run], [first]) if once else _refined(attempt, run, first, wanted)
+    if len(search.runs) > 1 and search.runs[-1].record.status == "INTERRUPTED":
+        return search.runs[-1]
+    kept = search.runs[search.kept]
+    time = sum(run.record.summary["wall_time_s"] for run in search.runs)
+    record = kept.record.with_summary(wall_time_s=time)
+    choices = [*record.accuracy["choices"], *([] if once else [_chosen_mesh(search)])]
     if flight:
         share = f"{left_out:.2g}" if left_out < math.inf else "an unknown share"
         flown = FLIGHT_REASON.format(share)
@@ -109,7 +105,56 @@ def solved_within(
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
-    return replace(runs[kept], record=_with_caution(record, wanted, finer))
+    return replace(kept, record=_with_caution(record, wanted, search.finer))
+
+
+def _refined(
+    attempt: Callable[[float], Outcome], run: Outcome, target: float, wanted: float
+) -> _Search:
+    """The search from its first run on, whose mesh is sized for `target`."""
+    runs, targets = [run], [target]
+    while len(runs) < SOLVES and (target := _next_target(runs[-1], target, wanted)):
+        try:
+            run = attempt(target)
+        except UserError as error:
+            return _Search(runs, targets, f"a finer mesh is refused: {error}")
+        targets.append(target)
+        if run.record.status == "INTERRUPTED":
+            return _Search([*runs, run], targets)
+        runs.append(_overlapping(run, runs))
+    if len(runs) == 1 or run.record.ok:
+        return _Search(runs, targets)
+    status = run.record.status.lower().replace("_", " ")
+    return _Search(runs, targets, FINER_ENDS.format(status))
+
+
+def _next_target(run: Outcome, target: float, wanted: float) -> float:
+    """What to size the next mesh for, as this run's is for `target`; 0: no mesh would help."""
+    left, expects = run.mesh_error, run.record.accuracy["expected"]
+    if left is None or expects is None or target <= min(wanted, reference_fem.SMALLEST):
+        return 0.0
+    # errors that no mesh reduces take their part of the wanted one, if there is room for both
+    room = math.sqrt(max(wanted**2 - (expects**2 - left**2), 0.0))
+    room = room if room >= REMAINING_SHARE * wanted else wanted
+    if left <= room:
+        return 0.0
+    by = min(max(left / room, LEAST_FACTOR), MOST_FACTOR)
+    return _not_below_smallest(min(target, reference_fem.COARSEST) / by, wanted)
+
+
+def _not_below_smallest(target: float, wanted: float) -> float:
+    """The target, or the smallest that a mesh is sized for if no further one fits in between."""
+    smallest = min(wanted, reference_fem.SMALLEST)
+    return smallest if target < LEAST_FACTOR * smallest else target
+
+
+def _chosen_mesh(search: _Search) -> dict[str, Any]:
+    """The accuracy that the kept run's mesh is sized for, as one of the choices."""
+    reason = "for the mesh, whose estimate exceeds its error"
+    if len(search.runs) > 1:
+        first = search.runs[0].record.accuracy["expected"]
+        reason = f"solved {len(search.runs)} times: the first run's estimate was {first:.2g}"
+    return {"setting": "accuracy", "value": shown(search.targets[search.kept]), "reason": reason}
 
 
 def _flight_override(tables: Scene, dimension: Dimension, wanted: float) -> tuple[float, list[str]]:

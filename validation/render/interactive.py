@@ -67,13 +67,6 @@ def write_interactive(
         x=[x[0], x[1], x[1], x[0]], y=[-1e3 * height] * 4, z=[z[0], z[0], z[1], z[1]],
         i=[0, 0], j=[1, 2], k=[2, 3], color=GREY, opacity=0.4, hoverinfo="skip",
     )  # fmt: skip
-    lines = []
-    for number, (label, (time, normal, tangential)) in enumerate(curves.items()):
-        look = {"x": 1e3 * time, "mode": "lines", "legendgroup": label}
-        color = COLORS[number % len(COLORS)]
-        lines.append(go.Scatter(look, y=normal, name=label, line={"color": color}))
-        dotted = {"color": color, "dash": "dot"}
-        lines.append(go.Scatter(look, y=tangential, name=label, line=dotted, showlegend=False))
     names = [f"{1e6 * time:.0f}" for time, _ in steps]
     frames = [
         go.Frame(data=moving(*step), traces=[0, 1], name=name)
@@ -81,21 +74,10 @@ def write_interactive(
     ]
     at_once = {"mode": "immediate", "frame": {"duration": 0, "redraw": True}}
     slider = [{"label": name, "method": "animate", "args": [[name], at_once]} for name in names]
-    figure = go.Figure([first, now, floor, *lines], frames=frames)
+    figure = go.Figure([first, now, floor, *_force_lines(curves)], frames=frames)
+    figure.update_layout(_layout(title))
     figure.update_layout(
-        title={"text": title, "font": {"size": 15}},
-        template="plotly_white",
-        font_color=BLACK,
-        scene_aspectmode="data",
-        scene_domain={"x": [0, 1], "y": [0.4, 1]},
-        scene_camera={"up": {"x": 0, "y": 1, "z": 0}, "eye": {"x": 0, "y": 0.4, "z": 4}},
-        scene_xaxis_title_text="X (mm)",
-        scene_yaxis_title_text="Y (mm)",
-        scene_zaxis={"title": {"text": ""}, "showticklabels": False},
-        xaxis_title_text="t - t<sub>c</sub> (ms)",
         xaxis_range=[1e3 * steps[0][0], 1e3 * steps[-1][0]],
-        yaxis={"domain": [0, 0.32], "title": {"text": "F_n, dotted F_t (N)"}},
-        legend={"orientation": "h", "y": 0.33, "yanchor": "bottom"},
         sliders=[
             {
                 "active": middle,
@@ -104,8 +86,40 @@ def write_interactive(
                 "pad": {"t": 45},
             }
         ],
-        margin={"l": 60, "r": 20, "t": 50, "b": 40},
     )
     shown = {"config": {"displaylogo": False, "responsive": True}, "default_height": "95vh"}
     page = figure.to_html(auto_play=False, **shown)
     write_text(path, page.replace("<head>", f"<head>{NARROW}", 1))
+
+
+def _force_lines(curves: Curves) -> list[Any]:
+    """F_n, and dotted F_t, of each curve."""
+    import plotly.graph_objects as go
+
+    lines = []
+    for number, (label, (time, normal, tangential)) in enumerate(curves.items()):
+        look = {"x": 1e3 * time, "mode": "lines", "legendgroup": label}
+        color = COLORS[number % len(COLORS)]
+        lines.append(go.Scatter(look, y=normal, name=label, line={"color": color}))
+        dotted = {"color": color, "dash": "dot"}
+        lines.append(go.Scatter(look, y=tangential, name=label, line=dotted, showlegend=False))
+    return lines
+
+
+def _layout(title: str) -> dict[str, Any]:
+    """The fields above, the forces below them."""
+    return {
+        "title": {"text": title, "font": {"size": 15}},
+        "template": "plotly_white",
+        "font_color": BLACK,
+        "scene_aspectmode": "data",
+        "scene_domain": {"x": [0, 1], "y": [0.4, 1]},
+        "scene_camera": {"up": {"x": 0, "y": 1, "z": 0}, "eye": {"x": 0, "y": 0.4, "z": 4}},
+        "scene_xaxis_title_text": "X (mm)",
+        "scene_yaxis_title_text": "Y (mm)",
+        "scene_zaxis": {"title": {"text": ""}, "showticklabels": False},
+        "xaxis_title_text": "t - t<sub>c</sub> (ms)",
+        "yaxis": {"domain": [0, 0.32], "title": {"text": "F_n, dotted F_t (N)"}},
+        "legend": {"orientation": "h", "y": 0.33, "yanchor": "bottom"},
+        "margin": {"l": 60, "r": 20, "t": 50, "b": 40},
+    }

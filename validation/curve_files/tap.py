@@ -1,5 +1,7 @@
 """Samples checked as a tap, and what was done to them in lines."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -53,17 +55,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     tap, joined, count = _first_tap(samples, time, normal, touches, least, origin, sidecar)
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     line = zero_line(normal[~touches])
-    errors, notes = {}, [*filter(None, [sidecar.source]), *samples.notes]
-    if (sigma := forces.get("normal_force_sigma")) is not None:
-        errors = normal_force_errors(
-            time[tap], contact["normal_force"][tap], sigma[tap], hidden, line, quantum(normal[tap])
-        )
-        errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
-    if tangential is not None and (deviation := forces.get("tangential_force_sigma")) is not None:
-        pulled = contact["tangential_force"][tap]
-        errors["peak_tangential_force_N"] = float(
-            deviation[tap][np.argmax(np.abs(pulled))]
-        ) + excess(pulled, zero_line(tangential[~touches]).scatter)
+    errors = _sample_errors(time, forces, touches, tap, hidden, line)
+    notes = [*filter(None, [sidecar.source]), *samples.notes]
     notes.append(_of_the_whole(sidecar, beside))
     axes = [name for name in AXES if name in forces]
     idle = ~touches & np.any([np.abs(forces[name]) > round_off for name in axes], axis=0)
@@ -128,6 +121,31 @@ def _times(samples: Samples, origin: str, sidecar: Sidecar) -> Floats:
             "the sample before; sort the samples, one of each time"
         )
     return time
+
+
+def _sample_errors(
+    time: Floats, forces: Mapping[str, Floats], touches: NDArray[np.bool_], tap: slice,
+    hidden: float, line: ZeroLine,
+) -> dict[str, float]:  # fmt: skip
+    """Errors of a tap's numbers by its samples' standard deviations, where there are any.
+
+    hidden : force up to which nothing touches, N. line : the zero line of the normal force.
+    """
+    errors: dict[str, float] = {}
+    contact = {name: np.where(touches, force, 0.0)[tap] for name, force in forces.items()}
+    if (sigma := forces.get("normal_force_sigma")) is not None:
+        step = quantum(forces["normal_force"][tap])
+        errors = normal_force_errors(
+            time[tap], contact["normal_force"], sigma[tap], hidden, line, step
+        )
+        errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
+    tangential, deviation = (forces.get(f"tangential_force{of}") for of in ("", "_sigma"))
+    if tangential is not None and deviation is not None:
+        pulled = contact["tangential_force"]
+        errors["peak_tangential_force_N"] = float(
+            deviation[tap][np.argmax(np.abs(pulled))]
+        ) + excess(pulled, zero_line(tangential[~touches]).scatter)
+    return errors
 
 
 def _check_pushes(

@@ -74,6 +74,17 @@ class FingerMesh:
         """Number of phalanges: of cell sets ``phalanx_w``."""
         return sum(PHALANX.fullmatch(name) is not None for name in self.cell_sets)
 
+    @property
+    def radii(self) -> Floats:
+        """Radii of the phalanges, (P,) m: of the shape, beyond which nodes may stand out, or, where
+        it is not known, of the outermost nodes.
+        """
+        if self.shape is not None:
+            return np.array(self.shape.radii)
+        height = np.abs(self.points[:, 1])
+        cells = (self.cells[self.cell_sets[f"phalanx_{w + 1}"]] for w in range(self.phalanges))
+        return np.array([height[own].max() for own in cells])
+
 
 @dataclass(frozen=True)
 class PhalanxMesh:

@@ -23,14 +23,14 @@ from scipy.spatial import cKDTree
 
 from reference_fem.arrays import Array, Index
 from reference_fem.dynamics.state import LoopState, State
-from reference_fem.dynamics.step import advance, lowest_gap, start_state
+from reference_fem.dynamics.step import Block, advance, lowest_gap, start_state
 from reference_fem.model import Model
 from reference_fem.ties import follow
 
 FLIGHT_BLOCK = 1000
-"""Steps of a block in flight: contact is out of reach for longer than that."""
+"""Steps of a block in flight, where contact is expected to be out of reach for longer."""
 SPEED_MARGIN = 1.0
-"""Speed that the surface may gain within a flight block, m/s: a generous bound on its reach."""
+"""Speed that the tip is expected to gain at most within a flight block, m/s."""
 REACH = 2.5
 """r over the longest extent of the flight's cells: an end sees three layers of nodes."""
 CHUNK = 1024
@@ -62,6 +62,19 @@ class CoarseFlight:
         ahead = 0.5 * (gap / speed - lead_steps * self.to.step_s) / self.model.step_s
         return int(min(FLIGHT_BLOCK, ahead))  # NaN, of a flight that diverged, gives a block
 
+    def advanced(self, state: State, lead_steps: int) -> tuple[State, Block] | None:
+        """The flight's next block; None: it is time to hand over.
+
+        One that a torque has sped up until it was too late to hand over is shortened.
+        """
+        steps = self.steps_ahead(state, lead_steps)
+        while steps >= 1:
+            after, block = advance(self.model, state, steps, False)
+            if self.steps_ahead(after, lead_steps) >= 0:
+                return after, block
+            steps //= 2
+        return None
+
     def on_run(self, field: Array) -> Array:
         """Map a field (n_points, dim) of the flight's nodes to the run's; close the hinges."""
         run = self.to
@@ -88,7 +101,8 @@ class CoarseFlight:
         near = np.zeros(self.model.hinges.size)
         near[[couple.phalanx for couple in self.model.couples]] = state.face_angles
         after = start_state(self.to, *motion, state.time_s, near, state.torque_change_work_J)
-        return replace(now, state=replace(after, material_J=block.material_J), coarse=False)
+        after = replace(after, material_J=block.material_J)
+        return replace(now, state=after, coarse=False, flight_steps=state.step)
 
 
 def coarse_flight(flight: Model, run: Model) -> CoarseFlight:

@@ -44,7 +44,7 @@ from reference_fem.scene import Scene
 from reference_fem.true_body import true_chain, true_gap
 
 Errors = dict[str, float | tuple[float, float]]
-Again = Callable[[meshes.FingerMesh, ChainState], TapResult]
+Again = Callable[[meshes.FingerMesh, ChainState], TapResult | None]
 
 VELOCITY = "tip_velocity_at_contact_m_per_s"
 
@@ -76,17 +76,18 @@ class SolvedScene:
     @property
     def radius(self) -> float:
         """Radius of the touching end, m."""
-        touching = self.model.body_of_point == self.model.touching_body
-        return float(np.abs(self.model.points[touching, 1]).max())
+        return float(self.scene.mesh.radii[-1])
 
     @property
     def section(self) -> float:
-        """Length of the first shaft's cells over the diameter of the end that touches."""
-        mesh = self.scene.mesh
-        lengths = np.ptp(
-            mesh.points[mesh.cells[np.asarray(mesh.cell_sets["phalanx_1"])], 0], axis=1
-        )
-        return float(lengths.mean()) / (2.0 * self.radius)
+        """Largest mean length of a phalanx's cells, by volume, over its diameter."""
+        mesh, volume = self.scene.mesh, self.model.kernel.cell_volume
+        lengths = np.ptp(mesh.points[mesh.cells, 0], axis=1)
+        shares = []
+        for w, radius in enumerate(mesh.radii.tolist()):
+            own = mesh.cell_sets[f"phalanx_{w + 1}"]
+            shares.append(float(np.average(lengths[own], weights=volume[own])) / (2.0 * radius))
+        return max(shares)
 
     def resolution(self, run: TapResult, angle: float) -> Resolution:
         """How finely the mesh resolves the patch; angle : of the last phalanx at the touch, rad."""
@@ -126,7 +127,7 @@ def estimated(
 ) -> TapResult:
     """A completed run with estimates of its errors, and a caution where one is large.
 
-    again : solves the tap of another mesh from a rigid state.
+    again : solves the tap of another mesh from a rigid state; None: it cannot start there.
 
     Raises KeyboardInterrupt: the companion was interrupted.
     """
@@ -149,7 +150,8 @@ def estimated(
         )
         if companion is not None:
             tap = again(companion, flown.before(CLEARANCE * solved.radius / approach_speed))
-            companion_run = _companion_run(solved, tap, spacing(companion, angle) / resolution.edge)
+            ratio = spacing(companion, angle) / resolution.edge
+            companion_run = None if tap is None else _companion_run(solved, tap, ratio)
     apart = of_flight.apart + of_flight.omitted.apart
     of_tap = TapPart({}, {}, ())
     if run.summary.contact_duration_s is not None:
@@ -167,7 +169,7 @@ def estimated(
             run.forces, scene.surface.friction, scene.materials[-1], resolution.edge,
             resolution.patch,
         ),
-        *(() if companion is not None else (ALONE,)),
+        *(() if companion_run is not None else (ALONE,)),
     )  # fmt: skip
     cautions = (*run.cautions, *doubts)
     return replace(run, errors=errors, mesh_errors=of_tap.of_mesh, cautions=cautions)

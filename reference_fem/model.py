@@ -15,7 +15,7 @@ from reference_fem.joints.hinges import Hinges, build_hinges, mean_weights
 from reference_fem.joints.section import Couple, build_section
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface, check_materials
-from reference_fem.stable_step import coupled_step, stable_step
+from reference_fem.stable_step import stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
 from reference_fem.ties import Ties, ties_of
 from reference_fem.torques import Torques
@@ -95,8 +95,7 @@ def build_model(
     count = mesh.phalanges
     check_materials(materials, count)
     phalanx, body_of_point, body_nodes = _bodies(mesh, cells)
-    radii = np.array([np.abs(points[nodes, 1]).max() for nodes in body_nodes])
-    kernel = _kernel(mesh, materials, phalanx, radii, settings)
+    kernel = _kernel(mesh, materials, phalanx, settings)
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     symmetry_factor = 2 if symmetry.size else 1
     ties = ties_of(mesh.ties)
@@ -116,20 +115,18 @@ def build_model(
             cell_volume=kernel.cell_volume,
             cell_bulk_modulus=np.array([m.bulk_modulus for m in materials])[phalanx],
             material=materials[-1],
-            radius=float(radii[-1]),
+            radius=float(mesh.radii[-1]),
         ),
         settings,
     )
-    hinge_sides, hinge_points = _hinge_sides(mesh, radii)
+    hinge_sides, hinge_points = _hinge_sides(mesh)
     contact_cells = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     loads = drive.loads_for(count) / symmetry_factor
     last = _wanted(mesh.cell_sets, f"phalanx_{count}", "cell")
-    outline = float(radii[-1]) if mesh.shape is None else 0.5 * mesh.shape.diameters[-1]
     springs = contact.nodes, contact.stiffness
-    limit = stable_step(kernel, *springs, symmetry, contact.damping, ties)
-    step_s = settings.step_factor * limit
-    if contact.coupled_eigenvalue:
-        step_s = coupled_step(step_s, settings.step_factor, contact.coupled_eigenvalue)
+    step_s = settings.step_factor * stable_step(
+        kernel, *springs, symmetry, contact.damping, ties, contact.coupled_eigenvalue
+    )
     return Model(
         points=points,
         cells=cells,
@@ -143,7 +140,7 @@ def build_model(
         couples=tuple(_couples(mesh, drive, mass)),
         torques=drive.torques_for(count) / symmetry_factor,
         contact=contact,
-        probe=build_probe(kernel, last, outline),
+        probe=build_probe(kernel, last, float(mesh.radii[-1])),
         pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
         chain=build_chain(points, mass, body_nodes, hinge_points, loads, drive.gravity_vector)
         if hinge_sides
@@ -180,10 +177,9 @@ def _kernel(
     mesh: meshes.FingerMesh,
     materials: Sequence[Material],
     phalanx: Index,
-    radii: Array,
     settings: Settings,
 ) -> ElementKernel:
-    """The mesh's elements; phalanx (n_cells,) from 0, radii (P,) of the phalanges, m."""
+    """The mesh's elements; phalanx (n_cells,) from 0."""
     points = np.ascontiguousarray(mesh.points, dtype=np.float64)
     cells = np.ascontiguousarray(mesh.cells, dtype=np.int64)
     young, poisson, density, relaxation = np.array(
@@ -191,7 +187,7 @@ def _kernel(
     )[phalanx].T.copy()
     if "relaxing" in mesh.cell_sets:
         relaxation *= np.isin(np.arange(len(cells)), mesh.cell_sets["relaxing"])
-    thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, radii[phalanx]),)
+    thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, mesh.radii[phalanx]),)
     elements = _formulation(mesh.dim, settings)
     return elements(points, cells, young, poisson, density, *thickness, relaxation)
 
@@ -232,11 +228,12 @@ def _wanted(sets: Mapping[str, Index], name: str, kind: str) -> Index:
 
 
 def _hinge_sides(
-    mesh: meshes.FingerMesh, radii: Array
+    mesh: meshes.FingerMesh,
 ) -> tuple[list[tuple[tuple[Index, Array], ...]], Array]:
     """Signed weights of every hinge's sides, and the hinges' rest positions (P, 2)."""
     if not any(name.startswith("hinge_") for name in mesh.node_sets):
         return [], np.zeros((0, 2))
+    radii = mesh.radii
 
     def side(name: str, radius: float) -> tuple[Index, Array, Array]:
         nodes = _wanted(mesh.node_sets, name, "node")

@@ -92,7 +92,7 @@ class Sampled(Generic[Number]):
     friction_dissipation_J, contact_damping_J, material_dissipation_J, drive_work_J,
         energy_balance_J : (n,), contact damping: losses of dashpots and of the lumped law's
         hysteresis
-    coulomb_excess : (n,), largest |f_t| - μ f_n over the nodes in contact, N
+    coulomb_excess_N : (n,), largest |f_t| - μ f_n over the nodes in contact, N
     contact_area_m2 : (n,), tributary area of the nodes or quadrature points in contact; a round
         patch has the radius sqrt(area/π).
     peak_pressure_Pa : (n,), largest contact pressure of a node, averaged over its tributary area
@@ -116,7 +116,7 @@ class Sampled(Generic[Number]):
     material_dissipation_J: Number
     drive_work_J: Number
     energy_balance_J: Number
-    coulomb_excess: Number
+    coulomb_excess_N: Number
     contact_area_m2: Number
     peak_pressure_Pa: Number
     hinge_reactions_N: Array

@@ -84,11 +84,14 @@ def simulate(
         return run
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
 
-    def again(other: meshes.FingerMesh, state: ChainState) -> TapResult:
+    def again(other: meshes.FingerMesh, state: ChainState) -> TapResult | None:
         if compared is not None:
             return compared
         tap = replace(scene, mesh=other, settings=once, start=state, flight_mesh=None)
-        return _solve(tap).result
+        try:
+            return _solve(tap).result
+        except ValueError:  # a start just above the run's mesh may lie below the other's nodes
+            return None
 
     try:
         if progress is not None:

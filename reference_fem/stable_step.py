@@ -21,6 +21,7 @@ def stable_step(
     symmetry: Index,
     contact_damping: Array | None = None,
     ties: Ties = NO_TIES,
+    coupled_eigenvalue: float = 0.0,
 ) -> float:
     """Δt = 2/ω_max of M⁻¹(K + K_c + 2 (C_c + τ K)/Δt), all contact nodes sticking.
 
@@ -37,6 +38,8 @@ def stable_step(
     largest: both err to the safe side, also where the two belong to different elements.
 
     K_c is diagonal with k_i in each direction of node i (a slipping node has fewer springs).
+    Springs that tie nodes to each other have a largest eigenvalue λ of M⁻¹K_c of their own: for
+    symmetric matrices that of the sum is at most ω_max² + λ.
     Hinges only constrain the motion and can't raise ω_max (Rayleigh). K is that of the reference
     configuration: rotation does not change the spectrum; strain does, by its own order, for which
     the step factor leaves room.
@@ -56,18 +59,9 @@ def stable_step(
                 f"highest frequency = {highest} rad/s: no stable step exists; check the mesh for "
                 "empty elements and the material for wrong units"
             )
-        limit = 2.0 / highest
+        limit = 2.0 / math.hypot(highest, math.sqrt(coupled_eigenvalue))
     tau = float(kernel.relaxation.max())
     return limit * limit / (tau + math.hypot(tau, limit)) if tau > 0.0 else limit
-
-
-def coupled_step(step_s: float, factor: float, eigenvalue: float) -> float:
-    """Δt' = factor 2/ω', ω'² = (2 factor/Δt)² + λ, s: the step once springs are added to a mesh.
-
-    λ is the largest eigenvalue of M⁻¹K_c of these springs alone: for symmetric K and K_c that of
-    M⁻¹(K + K_c) is at most the sum of the two.
-    """
-    return 2.0 * factor / float(np.hypot(2.0 * factor / step_s, np.sqrt(eigenvalue)))
 
 
 def lanczos_frequency(

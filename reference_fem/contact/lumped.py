@@ -54,7 +54,7 @@ class LumpedContact:
     def stiffest(self) -> float:
         """Largest slope of the law, N/m: what the explicit step has to resolve.
 
-        Hertz's slope at force F is (15/8) k (F/F*)^(1/3): this covers up to four times F*.
+        Hertz's slope at force F is (6/5) k (F/F*)^(1/3): this covers up to fifteen times F*.
         """
         steep = 3.0 if self.hertz_force is not None else self.restitution**-2
         return self.normal_stiffness * max(steep, self.tangential_ratio)

@@ -118,8 +118,7 @@ def lumped_law(
     nodes = np.asarray(mesh.node_sets.get(f"distal_face_{last}", ()), dtype=np.int64)
     if not nodes.size:
         body = np.unique(mesh.cells[mesh.cell_sets[f"phalanx_{last}"]])
-        x, y = mesh.points[body, 0], mesh.points[body, 1]
-        radius = float(np.abs(y).max())
+        x, radius = mesh.points[body, 0], float(mesh.radii[-1])
         nodes = body[np.abs(x - (x.min() + radius)) < 1e-6 * radius]
         if nodes.size < 3:
             raise ValueError(

@@ -6,7 +6,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import njit
-from reference_fem.dynamics.state import State
+from reference_fem.dynamics.state import LoopState, State
 from reference_fem.dynamics.step import Block
 from reference_fem.elements.geometry import CORNERS, reference_element
 from reference_fem.elements.stress import lower
@@ -28,25 +28,24 @@ SLOPES = {dim: reference_element(dim).slopes[..., :-1].swapaxes(1, 2) for dim in
 def failure(
     model: Model,
     settings: Settings,
-    state: State,
+    now: LoopState,
     block: Block,
     taken: Sample,
-    largest_kinetic: float,
-    audits: int,
 ) -> Failure | None:
-    """Why the run must end with `state`, from which `block` started; None if all is well.
+    """Why the run must end with the state from which `block` started; None if all is well.
 
     All elements are searched for one turned inside out at every `FULL_SEARCH`-th audit, those that
     touch at each: elements are crushed where the body hits, and one that turns back in between
     leaves no trace in the energy.
     """
-    found = _energy(model, settings, state, taken, largest_kinetic)
+    state = now.state
+    found = _energy(model, settings, state, taken, now.largest_kinetic_J)
     if found is not None:
         return found
     smallest = np.inf
     if block.searched and taken.normal_force_N > 0.0:
         smallest = touching_det(model, state.displacement, block.pressure)
-    if audits % FULL_SEARCH == 0:
+    if now.audits % FULL_SEARCH == 0:
         smallest = min(smallest, model.kernel.min_det_F(state.displacement))
         found = _passed_through(model, state)
     if not smallest > 0.0:
@@ -55,7 +54,7 @@ def failure(
         if smallest > 0.0:  # at the points of the element's own rule
             what = "det F fell below 0 in a part of an element that touches"
         return Status.INVERTED_ELEMENT, f"{what} {_where(model, state)}"
-    if found is None and state.step >= settings.max_steps:
+    if found is None and now.steps >= settings.max_steps:
         message = f"max_steps = {settings.max_steps} reached {_where(model, state)}"
         found = Status.WORK_LIMIT, message
     return found

@@ -13,7 +13,7 @@ from reference_fem.dynamics.guards import failure
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
 from reference_fem.dynamics.state import LoopState, State, Tap, pack
-from reference_fem.dynamics.step import advance, lowest_gap
+from reference_fem.dynamics.step import Block, advance, lowest_gap
 from reference_fem.dynamics.tap import ending, tap_after
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, Status, Summary, TapResult
@@ -57,18 +57,17 @@ def explicit_tap(
     status, message = Status.INTERRUPTED, ""
     try:
         while True:
-            on, ahead = model, FLIGHT_BLOCK
+            on, flown = model, None
             if flight is not None and now.coarse:
-                on, ahead = flight.model, flight.steps_ahead(now.state, settings.lead_steps)
-                if ahead < 1:
-                    on, ahead, now = model, FLIGHT_BLOCK, flight.handed_over(now)
-            state, search = now.state, not now.coarse and _in_reach(model, now.state)
-            after, block = advance(on, state, interval if search else ahead, search)
+                flown = flight.advanced(now.state, settings.lead_steps)
+                on, now = (model, flight.handed_over(now)) if flown is None else (flight.model, now)
+            state = now.state
+            after, block = flown or _advanced(model, state, interval)
             taken = sample(on, state, block, now.origin_energy_J or 0.0)
             if now.origin_energy_J is None:
                 now = replace(now, origin_energy_J=taken.energy_balance_J)
                 taken = sample(on, state, block, taken.energy_balance_J)
-            found = failure(on, settings, state, block, taken, now.largest_kinetic_J, now.audits)
+            found = failure(on, settings, now, block, taken)
             if taken.finite:
                 if not now.coarse:
                     recorder.add(model, state, block, taken)
@@ -129,7 +128,7 @@ def result_of(
         Summary(
             energy_residual=error / kinetic if kinetic > 0.0 else None,
             wall_time_s=now.spent_s + time.perf_counter() - reporting.started,
-            steps=now.state.step,
+            steps=now.steps,
             elements=model.symmetry_factor * len(model.cells),
             time_step_s=model.step_s,
         ),
@@ -153,8 +152,22 @@ def audit_interval(model: Model) -> int:
     return max(1, round(5.0 * model.transit_s / (150.0 * model.step_s)))
 
 
+def _advanced(model: Model, state: State, interval: int) -> tuple[State, Block]:
+    """The next block; contact is searched for, in `interval` steps, where it may happen.
+
+    A flight block that ends below the surface, sped up by a torque, is repeated in half the steps.
+    """
+    steps = 0 if _in_reach(model, state) else FLIGHT_BLOCK
+    while steps:
+        after, block = advance(model, state, steps, False)
+        if not lowest_gap(model, after.displacement) < 0.0:
+            return after, block
+        steps //= 2
+    return advance(model, state, interval, True)
+
+
 def _in_reach(model: Model, state: State) -> bool:
-    """Whether contact can happen within a flight block."""
+    """Whether contact may happen within a flight block, if the tip gains `SPEED_MARGIN` at most."""
     gap = lowest_gap(model, state.displacement)
     speed = float(np.max(-state.velocity[model.contact.nodes, 1], initial=0.0)) + SPEED_MARGIN
     return not gap > 2.0 * speed * FLIGHT_BLOCK * model.step_s

@@ -63,6 +63,7 @@ class LoopState:
     audits : number of audits so far
     spent_s : wall time of the runs that this one continues
     coarse : whether it is on the mesh of a `CoarseFlight`
+    flight_steps : steps that it took on that mesh before
     """
 
     state: State
@@ -74,6 +75,12 @@ class LoopState:
     audits: int = 0
     spent_s: float = 0.0
     coarse: bool = False
+    flight_steps: int = 0
+
+    @property
+    def steps(self) -> int:
+        """Steps of the explicit run so far."""
+        return self.flight_steps + self.state.step
 
 
 # Members of a loop state that have members of their own.

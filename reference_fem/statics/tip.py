@@ -112,7 +112,14 @@ def touch_frame(body: meshes.FingerMesh, angle: float) -> tuple[float, Array, Ar
 
 
 def last_phalanx(mesh: meshes.FingerMesh) -> tuple[Index, meshes.FingerMesh]:
-    """Node numbers of the last phalanx in the given mesh, and the phalanx as a mesh of its own."""
+    """Node numbers of the last phalanx in the given mesh, and the phalanx as a mesh of its own.
+
+    Raises ValueError: it has hanging nodes.
+    """
+    if mesh.ties.size:
+        raise ValueError(
+            "mesh: has hanging nodes, which statics leaves out; mesh the finger with halvings = 0"
+        )
     cells = mesh.cells[mesh.cell_sets[f"phalanx_{mesh.phalanges}"]]
     nodes, local = np.unique(cells, return_inverse=True)
     place = np.full(len(mesh.points), -1)

@@ -12,7 +12,7 @@ import reference_fem as rf
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.kinds import hex8, hex8_one_point, quad4_plane_stress
-from reference_fem.stable_step import stable_step
+from reference_fem.stable_step import lanczos_frequency, stable_step
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.elements.bodies import (
     SIZE,
@@ -169,6 +169,17 @@ def test_stable_step_of_lagging_damping(dim: int, damping: float) -> None:
         grown[share] = np.abs(v).max() / start
     assert grown[0.99] < 2.0
     assert not grown[1.02] < 1e3  # it may have left the numbers
+
+
+@both
+def test_springs_between_nodes_shorten_the_step_as_stiffness_does(dim: int) -> None:
+    """Of the mesh's own spectrum: as if K were (1 + 3) K, also where tau K damps the motion."""
+    for tau in (0.0, 1e-6):
+        k = damped(dim, (3, 2, 2), tau)
+        highest = lanczos_frequency(k, np.zeros(k.n_nodes), NONE)
+        step = stable_step(k, NONE, np.empty(0), NONE, coupled_eigenvalue=3.0 * highest**2)
+        limit = 1.0 / highest
+        assert step == pytest.approx(limit**2 / (tau + math.hypot(tau, limit)), rel=1e-12)
 
 
 LENGTH, SIDE = 0.04, 0.008

@@ -11,7 +11,7 @@ import pytest
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.tap import next_touch_s
-from reference_fem.estimate import standing_out
+from reference_fem.estimate import SolvedScene, standing_out
 from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.mesh_error import (
     LEAST_SHARE,
@@ -26,6 +26,7 @@ from reference_fem.mesh_error import (
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start
 from reference_fem.rigid_flight import descent, surface_gap
+from reference_fem.scene import Scene
 from reference_fem.summary import stress_during
 from reference_fem.true_body import true_chain, true_gap
 
@@ -391,6 +392,48 @@ def test_a_run_on_the_companion_is_not_solved_again(estimated: rf.TapResult) -> 
                                  compared=run))  # fmt: skip
     assert found[0].errors[PEAK] == pytest.approx(estimated.errors[PEAK], rel=0.05)
     assert found[1].errors[PEAK] > 1.5 * found[0].errors[PEAK]
+
+
+def test_a_companion_that_cannot_start_leaves_the_run_to_its_own_edges() -> None:
+    """2 um above a mesh of few nodes the start lies below those of a finer one."""
+    few, more = (meshes.Sizing(edge, edge, edge) for edge in (3.75e-3, 1.5e-3))
+    mesh, other = (meshes.finger_quadrilaterals(FINGER, sizing) for sizing in (few, more))
+    angles, settings = np.array([0.5, 0.6, 0.85]), rf.Settings(contact="impulse")
+    model = build_model(mesh, HARD, SURFACE, DRIVE, settings)
+    height = SURFACE.height - surface_gap(model, model.chain)(angles) + 2e-6
+    start = rf.ChainState(angles, np.array([10.0, 12.0, 14.0]), 0.0)
+    scene = mesh, HARD, rf.Surface(height, 0.5), DRIVE, settings
+    run = rf.simulate(*scene, start=start, companion=other)
+    assert run.status is rf.Status.COMPLETED
+    assert run.errors == rf.simulate(*scene, start=start).errors
+    assert "this mesh's edges alone" in run.cautions[-1]
+
+
+@pytest.mark.parametrize("diameters", [(0.015,), (0.0075, 0.0075, 0.015)])
+def test_a_shafts_error_is_that_of_its_own_cells(diameters: tuple[float, ...]) -> None:
+    """Cells of 3 mm, finer at the tip alone: 0.2 or 0.4 of the smallest diameter."""
+    geometry = meshes.FingerGeometry((L,) * len(diameters), diameters)
+    sizing = meshes.Sizing(1.5e-3, 3e-3, 4e-4, growth=1.4, halvings=2)
+    mesh, materials = meshes.finger_hexahedra(geometry, sizing), HARD[: len(diameters)]
+    scene = Scene(mesh, materials, SURFACE, DRIVE, rf.Settings(contact="impulse"))
+    solved = SolvedScene(scene, build_model(mesh, materials, SURFACE, DRIVE, scene.settings), None)
+    assert solved.section == pytest.approx(3e-3 / min(diameters), rel=0.2)
+
+
+def test_a_plane_shaft_is_no_thicker_where_the_ends_nodes_stand_out() -> None:
+    """They do for the end's whole volume; thickness is a chord of the finger's own circle."""
+    sizing = meshes.Sizing(2.5e-3, 2.5e-3, 1e-3, growth=1.4, halvings=1)
+    both = [
+        meshes.finger_quadrilaterals(FINGER, replace(sizing, full_volume=whole))
+        for whole in (False, True)
+    ]
+    volumes = [
+        build_model(mesh, HARD, SURFACE, DRIVE, rf.Settings(contact="impulse")).kernel.cell_volume
+        for mesh in both
+    ]
+    still = (both[0].points == both[1].points).all(axis=1)[both[0].cells].all(axis=1)
+    assert 0.5 < still.mean() < 1.0
+    np.testing.assert_array_equal(volumes[0][still], volumes[1][still])
 
 
 def test_a_mesh_without_its_shape_has_no_errors_of_flight(estimated: rf.TapResult) -> None:

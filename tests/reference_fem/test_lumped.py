@@ -17,6 +17,8 @@ from reference_fem.contact.lumped import (
     STORED,
     lumped_force,
 )
+from reference_fem.contact.lumped_law import LumpedLaw
+from reference_fem.model import build_model
 from tests.reference_fem.taps import GEOMETRY, SURFACE, tap
 
 K, SPEED, MASS = 0.78e6, 1.6, 0.003
@@ -219,6 +221,18 @@ def test_a_stiff_spring_enters_the_stable_step(flat: meshes.FingerMesh) -> None:
 def test_impossible_laws_are_refused(changes: dict[str, float], named: str) -> None:
     with pytest.raises(ValueError, match=named):
         rf.LumpedContact(**({"normal_stiffness": K} | changes))
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_law_acts_on_the_equator_of_an_end_whose_nodes_stand_out(dim: int) -> None:
+    """Nodes beyond the sphere, for its whole volume, leave its radius as it is."""
+    mesher = meshes.finger_quadrilaterals if dim == 2 else meshes.finger_hexahedra
+    given = (rf.Material(1e9, 0.4, 1400.0),) * 3, SURFACE, rf.Drive(), rf.Settings(contact=LAW)
+    for whole in (False, True):
+        law = build_model(mesher(GEOMETRY, replace(COARSE, full_volume=whole)), *given).contact
+        assert isinstance(law, LumpedLaw)
+        assert law.radius == 0.5 * GEOMETRY.diameters[-1]
+        assert law.rest[0] == pytest.approx(-sum(GEOMETRY.lengths) + law.radius, abs=1e-12)
 
 
 def test_impossible_taps_are_refused(flat: meshes.FingerMesh) -> None:

@@ -247,7 +247,8 @@ def test_a_corner_that_is_pushed_through_its_element_is_called_so() -> None:
     )
     state = SimpleNamespace(displacement=u, step=5, time_s=0.1)
     block = SimpleNamespace(searched=True, pressure=pressure)
-    found = guards.failure(model, rf.Settings(), state, block, taken, 1.0, 1)  # type: ignore[arg-type]
+    now = SimpleNamespace(state=state, steps=5, audits=1, largest_kinetic_J=1.0)
+    found = guards.failure(model, rf.Settings(), now, block, taken)  # type: ignore[arg-type]
     assert found is not None
     assert found[0] is rf.Status.INVERTED_ELEMENT
     assert "below 0 in a part of an element that touches" in found[1]

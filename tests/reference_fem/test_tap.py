@@ -83,7 +83,7 @@ def test_soft_finger_history_is_whole(soft: rf.TapResult) -> None:
     assert 100 < len(h.time_s) <= 1000
     assert all(np.isfinite(a).all() for a in arrays.values())
     assert np.all(np.diff(h.time_s) > 0)
-    assert h.coulomb_excess.max() < 1e-12 * h.normal_force_N.max()
+    assert h.coulomb_excess_N.max() < 1e-12 * h.normal_force_N.max()
     assert np.all(np.diff(h.friction_dissipation_J) >= -1e-12)
     assert np.all(h.normal_force_N >= 0)
     f = soft.forces
@@ -150,7 +150,7 @@ def test_plane_stress_tap(plane_mesh: meshes.FingerMesh) -> None:
     assert (result.summary.energy_residual or 1.0) < 1e-3
     assert result.summary.elements == len(plane_mesh.cells)
     assert result.history.drive_work_J[-1] > 0.0
-    assert result.history.coulomb_excess.max() < 1e-12 * result.history.normal_force_N.max()
+    assert result.history.coulomb_excess_N.max() < 1e-12 * result.history.normal_force_N.max()
 
 
 def test_rigid_flight_hands_over_what_the_explicit_flight_would(

@@ -236,7 +236,7 @@ def test_block_slides_to_coulombs_rest(dim: int, incline: float, contact: str) -
     spent = model.mass.sum() * (0.5 * v * v - rise * distance)
     assert history.friction_dissipation_J[-1] == pytest.approx(spent, rel=2 * share)
     assert np.all(np.diff(history.friction_dissipation_J) > -1e-12 * spent)
-    assert history.coulomb_excess.max() < 1e-12 * history.normal_force_N.max()
+    assert history.coulomb_excess_N.max() < 1e-12 * history.normal_force_N.max()
     assert (result.summary.energy_residual or 1.0) < 0.01
 
 

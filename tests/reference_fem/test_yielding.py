@@ -48,3 +48,11 @@ def test_a_meshed_tip_yields_as_the_closed_form_says() -> None:
     assert found.nn == pytest.approx(-0.15, abs=0.03 + 0.05 * 2.0)
     assert found.nt == pytest.approx(0.34, abs=0.05)
     assert found.tt == pytest.approx(0.985, abs=0.1 + 0.05 * 3.6)
+
+
+def test_hanging_nodes_are_refused() -> None:
+    """Without them it would be half as stiff, and say nothing."""
+    finger = meshes.FingerGeometry((0.04,), (2 * RADIUS,))
+    mesh = meshes.finger_hexahedra(finger, meshes.Sizing(2.5e-3, 4e-3, 6e-4, halvings=2))
+    with pytest.raises(ValueError, match=r"hanging nodes.*halvings = 0"):
+        tip_yield(mesh, MATERIAL, 0.7)

@@ -15,6 +15,7 @@ import reference_fem as fem
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.guards import FULL_SEARCH, failure
 from reference_fem.dynamics.loop import audit_interval
+from reference_fem.dynamics.state import LoopState
 from reference_fem.dynamics.step import advance, start_state
 from reference_fem.model import ELEMENTS, Model
 from validation.harness.timing import shortest_in_turns
@@ -99,7 +100,8 @@ def falling_block_case(
     def steps(audits: int) -> Floats:
         after, block = advance(model, state, interval, True)
         taken = sample(model, state, block, energy)
-        found = failure(model, settings, state, block, taken, taken.kinetic_energy_J, audits)
+        now = LoopState(state, 0.0, largest_kinetic_J=taken.kinetic_energy_J, audits=audits)
+        found = failure(model, settings, now, block, taken)
         if found is not None:
             raise RuntimeError(f"the block that is timed failed: {found}")
         return after.displacement

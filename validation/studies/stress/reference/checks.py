@@ -47,7 +47,7 @@ def _contact(result: TapResult, model: Model) -> Iterator[str]:
     if f.normal_force_N.min(initial=0.0) < 0.0:
         yield f"the surface pulls with {-f.normal_force_N.min():.3g} N"
     excess = np.abs(f.tangential_force_N) - model.surface.friction * f.normal_force_N
-    if max(excess.max(initial=0.0), h.coulomb_excess.max(initial=0.0)) > ROUND_OFF * peak:
+    if max(excess.max(initial=0.0), h.coulomb_excess_N.max(initial=0.0)) > ROUND_OFF * peak:
         yield f"tangential force leaves the cone by {excess.max():.3g} N (peak Fn {peak:.3g} N)"
     kinetic = float(h.kinetic_energy_J.max(initial=0.0))
     for name in ("friction_dissipation_J", "contact_damping_J", "material_dissipation_J"):

@@ -23,7 +23,7 @@ from validation.errors import RunFailedError
 from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
-from validation.harness.files import exclusive_folder, output_folder, safe_name, write_json
+from validation.harness.files import exclusive_folder, output_folder, write_json
 from validation.harness.quantities import OF_A_TAP, Quantity, quantity
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
@@ -101,7 +101,7 @@ def run_converge(
             runs = LevelRuns(scene, overrides, model, Store(out / "store"))
             wanted = refinements(size_scale(runs.scene.tables), runs.patch, quick)
             check_given(overrides, wanted)
-            name = safe_name(f"{runs.scene.name}-{model}" + ("-quick" if quick else ""))
+            name = verdicts.study_name(runs.scene.name, model, quick)
             folder = alone.enter_context(exclusive_folder(out / "converge" / name))
             results, failures = run_levels(runs, wanted, progress)
             progress(0.98, "preset converged")
@@ -115,7 +115,8 @@ def run_converge(
         convergences = verdicts.judged(results)
         (folder / verdicts.STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
         write_table(folder, "levels", table_of(verdicts.level_rows(results)), f"Runs of {title}")
-        of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences)
+        names = [refinement.name for refinement in wanted]
+        of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences, names)
         rows = [*verdicts.verdict_rows(convergences), *of_preset]
         write_table(folder, "convergence", table_of(rows), f"Convergence of {title}")
         made_from = verdicts.study_of(runs.scene.tables, model, folder / "convergence.csv")

@@ -12,7 +12,7 @@ from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.refinement_runs import Values
 from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
 from validation.harness.console import say
-from validation.harness.files import file_digest
+from validation.harness.files import file_digest, safe_name
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.models.inputs import run_inputs
 from validation.scenes.scene import Scene
@@ -78,23 +78,28 @@ def verdict_rows(verdicts: Convergences) -> list[dict[str, Any]]:
     ]
 
 
-def preset_rows(preset: Values, verdicts: Convergences) -> list[dict[str, Any]]:
+def study_name(scene: str, model: str, quick: bool = False) -> str:
+    """Name of a study's folder."""
+    return safe_name(f"{scene}-{model}" + ("-quick" if quick else ""))
+
+
+def preset_rows(
+    preset: Values, verdicts: Convergences, refined: Sequence[str]
+) -> list[dict[str, Any]]:
     """Compare the preset `converged` with the limit of the tip's refinement; a row per quantity.
 
     Its uncertainty is its distance from the limit plus the uncertainties of all meshes and of the
     step: a plain sum, as they need not be independent. Its contact by impulses has no penalty.
+    A quantity that one of the `refined` has no verdict on has no row.
     """
-    rows = []
+    rows, needed = [], [name for name in refined if name != PENALTY]
     for entry in OF_A_TAP:
-        value, tip = preset[entry.key], verdicts.get((TIP_MESH, entry))
-        if value is None or tip is None:
+        value = preset[entry.key]
+        if value is None or any((name, entry) not in verdicts for name in needed):
             continue
+        tip = verdicts[TIP_MESH, entry]
         off = value / tip.limit - 1
-        others = sum(
-            found.uncertainty
-            for (name, of), found in verdicts.items()
-            if of == entry and name != PENALTY
-        )
+        others = sum(verdicts[name, entry].uncertainty for name in needed)
         rows.append(
             {
                 "refinement": PRESET,

@@ -1,4 +1,4 @@
-"""A table as CSV (full precision, for programs), Markdown and LaTeX (rounded, for people)."""
+"""A table as CSV (ten digits, for programs), Markdown and LaTeX (rounded, for people)."""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence

@@ -38,7 +38,7 @@ def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
     stated = tables.solver.hcm.stated(hcm.Settings)
     stated["estimate"] = estimate and stated.get("estimate", True)
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
-    further = tables.elements, material.relaxation_time, material.poisson_ratio
+    further = tables.elements, material.relaxation_time or 0.0, material.poisson_ratio
     try:
         phalanges = tuple(
             hcm.Phalanx(

@@ -191,7 +191,7 @@ def materials_within(
     import reference_fem
 
     sizes, undamped = sizes_of(tables), tables.solver.fem.element == reference_fem.ONE_POINT
-    stated = undamped or "relaxation_time" in tables.material.model_fields_set
+    stated = undamped or tables.material.relaxation_time is not None
     if sizes is None or stated or sizes.relaxation == 0.0 or touch is None:
         return materials
     share = sizes.relaxation * touch.patch_radius

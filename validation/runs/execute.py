@@ -50,7 +50,8 @@ class Job:
     @property
     def folder_name(self) -> str:
         """Name of the folder that its run is written to."""
-        return safe_name(self.name.replace(" ", "-"))
+        parts = safe_name(scene_name(self.scene)), self.model, self.variant
+        return safe_name("-".join(filter(None, parts)).replace(" ", "-"))
 
 
 @contextlib.contextmanager
@@ -137,6 +138,7 @@ def solve(
         where = ""
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
+            clear_run(folder)
             write_text(folder / "error.txt", traceback.format_exc())
             where = f"; its trace is in {folder / 'error.txt'}"
         raise RunFailedError(
@@ -285,6 +287,7 @@ def _run(tasks: Sequence[Task]) -> list[RunRecord]:
             new: list[RunRecord] = call_isolated(_work, [tasks[n] for n in rest], limit_s=limit)
         except CrashedError as error:
             if len(rest) == 1:
+                clear_run(tasks[rest[0]].folder)
                 new = [failed(tasks[rest[0]].job, "CRASHED", str(error))]
             else:
                 new = [record for n in rest for record in _run([tasks[n]])]

@@ -7,7 +7,7 @@ from pathlib import Path
 from validation.errors import UserError, reason
 from validation.harness.console import output
 from validation.harness.files import write_text
-from validation.scenes.load import read_document
+from validation.scenes.load import read_document, validate
 from validation.scenes.messages import show
 
 
@@ -37,6 +37,8 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
     if path.suffix != ".toml":
         raise UserError(f"{show(str(path))}: a scene's name ends in .toml; give NAME.toml")
     _, values = read_document(like)
+    validate(values, like)
+    text = scene_text(values)
     try:
         with path.open("x", encoding="utf-8"):
             pass
@@ -46,7 +48,7 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
         raise UserError(
             f"{show(str(path))}: cannot be written ({reason(error)}); check the path"
         ) from error
-    write_text(path, scene_text(values))
+    write_text(path, text)
     output(
         f"{path}: a scene like {like}; run it: fingertap run {shlex.quote(str(path))} --model hcm"
     )

@@ -91,9 +91,11 @@ class MaterialTable(Table):
     """nu, for the finite elements, the refined reduced model, and the default of
     tip.tangential_ratio."""
     relaxation_time: Annotated[
-        Numbers, SceneNumber("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE)
-    ] = 0.0
-    """tau of Kelvin-Voigt damping, stress by the strain + tau times its rate; 0: none."""
+        Numbers | None,
+        SceneNumber("s", at_least=0, at_most=1, per_phalanx=True, advice=RELAXATION_ADVICE),
+    ] = None
+    """tau of Kelvin-Voigt damping, stress by the strain + tau times its rate; 0: none. Left out:
+    none, but that solids held to an accuracy have one near the touch where the tip slides."""
 
 
 class SurfaceTable(Table):

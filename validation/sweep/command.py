@@ -13,12 +13,21 @@ from validation.harness.files import exclusive_folder, safe_name
 from validation.harness.line_store import LineStore
 from validation.models.adapter import Progress
 from validation.runs.execute import compile_in_fresh_process
+from validation.scenes.load import sets
 from validation.sweep import dataset
 from validation.sweep.executor import Crew, dask_cluster, processes_here, solve_all
 from validation.sweep.page import clear_report, write_report
 from validation.sweep.plan import Plan, assignment, read_plan
 from validation.sweep.points import PointTable, points_of
-from validation.sweep.runs import INTERRUPTED, RETRIED, Row, SweepTask, on_one_thread, task_of
+from validation.sweep.runs import (
+    INTERRUPTED,
+    RETRIED,
+    THREADS,
+    Row,
+    SweepTask,
+    on_one_thread,
+    task_of,
+)
 
 
 def run_sweep(
@@ -99,7 +108,8 @@ def _tasks(plan: Plan, points: PointTable) -> Iterator[SweepTask]:
     """All tasks, ordered by model, so that those of a batch are alike."""
     for number, solver in enumerate(plan.solvers):
         own = tuple(assignment(key, value) for key, value in solver.set.items())
-        own = (*on_one_thread(solver.model), *own)  # the plan may set another number
+        if not any(sets(text, THREADS) for text in plan.common):  # nor in the model's own keys
+            own = (*on_one_thread(solver.model), *own)
         for point in range(len(points)):
             overrides = (*own, *points.overrides(point))
             yield task_of(point, number, solver.model, plan.scene, plan.document, overrides)

@@ -57,10 +57,14 @@ class Crew:
 
 
 class Batch(NamedTuple):
-    """Tasks of one model that a worker solves together, and the number of this attempt."""
+    """Tasks of one model that a worker solves together.
+
+    cuts, deaths : how often the scheduler was lost, and a worker died, while they were solved
+    """
 
     tasks: tuple[SweepTask, ...]
-    attempt: int = 1
+    cuts: int = 0
+    deaths: int = 0
 
 
 @contextmanager
@@ -225,16 +229,16 @@ def _rows(future: Future[list[Row]], batch: Batch, again: deque[Batch]) -> list[
     try:
         return future.result()
     except CancelledError as error:
-        if batch.attempt == TRIES:
+        if batch.cuts + 1 == TRIES:
             raise RunFailedError(
                 f"the cluster's scheduler was lost {TRIES} times; what was finished is kept: the"
                 " same command goes on"
             ) from error
-        again.append(Batch(batch.tasks, batch.attempt + 1))
+        again.append(batch._replace(cuts=batch.cuts + 1))
     except UserError:  # a worker that joined later has another program
         raise
     except Exception as error:  # its worker died; the scenes' own errors are rows
-        if len(batch.tasks) == 1 and batch.attempt > 1:
+        if len(batch.tasks) == 1 and batch.deaths:
             return [row(CRASHED, f"its worker died twice: {' '.join(str(error).split())[:200]}")]
-        again.extend(Batch((task,), 2) for task in batch.tasks)
+        again.extend(Batch((task,), batch.cuts, 1) for task in batch.tasks)
     return []

@@ -65,7 +65,7 @@ def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
         found = differences(data, entry, pair)
         apart = np.abs(found[np.isfinite(found)])
         stated = np.hypot(*(numbers(data, entry, p, True) for p in (pair.own, pair.base)))
-        known = np.isfinite(found) & ~np.isnan(stated)
+        known = np.isfinite(found) & np.isfinite(stated)
         beyond = np.abs(found * numbers(data, entry, pair.base)) > stated
         row: dict[str, Any] = {"models": pair.title, "quantity": entry.title, "scenes": apart.size}
         if apart.size:
@@ -147,7 +147,7 @@ def variables(points: PointTable) -> dict[str, Floats]:
             if all(isinstance(v, int | float) for v in column) and len(set(column)) == len(place)
         )
         of_values = next(telling, None)
-        title = key if of_values else f"{key}, by its place in the list"
+        title = key if of_values else f"{key}, by its first appearance"
         found[title] = np.array(of_values or [place[name] for name in names], dtype=float)
     return found
 

@@ -26,6 +26,7 @@ FAILED, CRASHED, INTERRUPTED = "FAILED", "CRASHED", "INTERRUPTED"
 RETRIED = (FAILED, CRASHED, INTERRUPTED)
 REFUSED = "REFUSED"
 NOT_SHARED = ("peak_memory_MB",)  # that of a process which has solved other scenes too
+THREADS = "solver.fem.threads"
 # Endings of environment variables that change the speed of one thread, but not its results.
 WITHOUT_EFFECT = ("_NUM_THREADS", "_WAIT_POLICY")
 
@@ -53,7 +54,7 @@ class SweepTask:
 
 def on_one_thread(model: str) -> tuple[str, ...]:
     """The override that gives a solid one thread, with the same bits: scenes share the cores."""
-    return ("solver.fem.threads=1",) * (adapter(model).settings == "fem")
+    return (f"{THREADS}=1",) * (adapter(model).settings == "fem")
 
 
 @cache  # what a program is made of does not change while it runs

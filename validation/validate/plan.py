@@ -39,7 +39,8 @@ NO_FEM_ACCURACY = f"solver.fem.accuracy={NO_ACCURACY}"  # with a preset, which d
 PENALTIES = (0.4, 1.6)  # beside both presets' 0.1
 VARIED = (  # keys of the solid that the paper's comparison varies
     *("mesh", "preset", "contact", "penalty_factor", "shaft_radius"),
-    *("section_size", "axial_size", "tip_size", "growth", "halvings", "element"),
+    *("section_size", "axial_size", "tip_size", "growth", "patch_size", "halvings"),
+    *("full_volume", "element"),
 )
 
 

@@ -67,9 +67,12 @@ def test_preset_is_known_by_its_distance_and_every_refinement_but_the_penaltys()
         (PENALTY, peak): found(100.0, 0.5),
         ("step", impulse): found(100.0, 0.5),
     }
-    (row,) = preset_rows({peak.key: 99.5, impulse.key: 1.0, duration.key: None}, verdicts)
+    preset = {peak.key: 99.5, impulse.key: 1.0, duration.key: None}
+    (row,) = preset_rows(preset, verdicts, [TIP_MESH, SHAFT_MESH, "step", PENALTY])
     assert row["from_limit_percent"] == pytest.approx(-0.5)
     assert row["uncertainty_percent"] == pytest.approx(0.5 + 0.4 + 0.2 + 0.1)
+    # a refinement whose levels failed has no share, so nothing is known
+    assert preset_rows(preset, verdicts, [TIP_MESH, SHAFT_MESH, "step", "growth"]) == []
 
 
 def test_a_mesh_file_is_refused_by_its_own_key(tmp_path: Path, fingertap: Run) -> None:

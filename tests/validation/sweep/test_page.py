@@ -141,8 +141,8 @@ def test_lists_and_words_are_variables_too(tmp_path: Path) -> None:
     )
     assert {name: column.tolist() for name, column in found.items()} == {
         "drive.torques": [0.0, 0.01, 0.0],
-        "finger.length, by its place in the list": [1, 2, 3],
-        "solver.hcm.assumptions, by its place in the list": [1, 2, 1],
+        "finger.length, by its first appearance": [1, 2, 3],
+        "solver.hcm.assumptions, by its first appearance": [1, 2, 1],
         "material.youngs_modulus": [1e8, 2e8, 1e8],
         "tip.restitution": [1.0, 1.0, 0.5],
         "gravity": [0.0, 0.0, 9.81],

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from validation.converge.verdicts import preset_uncertainties
+from validation.converge.verdicts import preset_uncertainties, study_name
 from validation.errors import RunFailedError, UserError
 from validation.harness.identity import program
 from validation.harness.page import opening
@@ -89,7 +89,7 @@ def compute_ladder(
             ladder.rows.extend(rungs.structure_rung(scene, impact, full, runs))
             tip = identify(scene, MESHES if full else MESHES[:1], store)
             ladder.identified.append(tip)
-            study = studies / f"{scene.name}-fem3d"
+            study = studies / study_name(scene.name, "fem3d")
             stored = preset_uncertainties(study, scene.tables) if full else {}
             compared, reference, own, predicted = rungs.contact_rung(
                 source, scene, impact, tip, stored, full, runs

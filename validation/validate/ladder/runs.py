@@ -1,7 +1,6 @@
 """The runs that the ladder compares: each model with a given contact, from a given start."""
 
 import dataclasses
-import time
 from collections.abc import Callable
 from typing import Any, Concatenate, Literal, ParamSpec
 
@@ -48,12 +47,11 @@ def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRec
     k, ratio = contact.stiffness, contact.tangential_ratio
     tip = dataclasses.replace(given.tip, normal_stiffness=k, tangential_ratio=ratio)
     given = dataclasses.replace(given, tip=tip)
-    began = time.perf_counter()
     if start is not None:
         state = hcm.RigidStart(start.angles, start.rates, start.time_s)
         given = dataclasses.replace(given, start=state)
     result = hcm.simulate_scene(given)
-    record = to_record(result, scene, "hcm", "", time.perf_counter() - began)
+    record = to_record(result, scene, "hcm", "", result.statistics.wall_time_s)
     return _completed(record)
 
 
@@ -113,13 +111,11 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
     if start is not None:
         surface = dataclasses.replace(surface, height=start.sphere_height_m)
         state = chain_state(start)
-    began = time.perf_counter()
     light = solid_mesh.flight_mesh(scene.tables, 3)
     result = reference_fem.simulate(
         mesh, materials, surface, drive, settings, start=state, flight_mesh=light
     )
-    record = to_record(result, scene, "fem3d", variant, time.perf_counter() - began)
-    return _completed(record)
+    return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -73,6 +73,10 @@ from hcm.contact.round_tip_law import (
 # convergence is quadratic except where springs begin to slip.
 POSITION_TOLERANCE = 1e-13
 
+# By how much, over mu/eta^-2 d, a spring that slips is kept beyond its limit where the material
+# relaxes: at its limit it would count as one that sticks, and add tau times its rate to F_t.
+SLIPPED = 1e-9
+
 
 @kernel
 def ball_radius(law: RoundTipLaw) -> float:
@@ -354,7 +358,8 @@ def commit_history(q: Floats, tip: int, contact: ContactState, law: RoundTipLaw)
             limit, u = slip_limit(i, d, law), 0.0
             if limit > 0.0:
                 u = spring_displacement(i, x - memory[SPRING_X], d, law)[0]
-            law.springs[i] = min(max(u, -limit), limit)
+            mark = SLIPPED * law.mu / law.tangential_ratio * d if law.relaxation > 0.0 else 0.0
+            law.springs[i] = min(max(u, -limit - mark), limit + mark)
     memory[TIP_X], memory[GAP], memory[CONTACT_X], memory[SPRING_X] = q[tip], gap, along, x
     memory[SLOPE_X], memory[SLOPE_Y] = q[tip + 2], q[tip + 3]
     memory[TANGENTIAL_FORCE], memory[NORMAL_FORCE], memory[INDENTATION] = ft, fn, d

@@ -63,6 +63,25 @@ def test_both_forces_have_tau_times_their_rate(tangential: int) -> None:
     assert found == pytest.approx(expected, rel=1e-5)
 
 
+def test_a_step_that_is_accepted_leaves_the_force_as_it_is() -> None:
+    """Springs that slip take no force of their rate, before the step is committed nor after it:
+    what the history showed was up to 10 % off the force that acted.
+    """
+    tip = touched(law(mu=0.8)._replace(relaxation=TAU))
+    press(tip, TOUCH, at(0.0, DEEP))
+    q, v = at(1e-4, 1.05 * DEEP), np.array([0.4, -0.3, 0.0, 0.0])
+    before = round_tip_kinematics.tip_force(q, v, 0, TOUCH, tip)
+    power = round_tip_kinematics.rate_power(q, v, 0, TOUCH, tip)
+    press(tip, TOUCH, q)
+    limits = [round_tip_law.slip_limit(i, 1.05 * DEEP, tip) for i in range(tip.springs.size)]
+    slips = np.abs(tip.springs) > np.array(limits)
+    touch = np.array(limits) > 0.0
+    assert 0.1 < slips.sum() / touch.sum() < 0.9  # some stick, some slip
+    assert round_tip_kinematics.tip_force(q, v, 0, TOUCH, tip) == pytest.approx(before, rel=1e-8)
+    found = round_tip_kinematics.rate_power(q, v, 0, TOUCH, tip)
+    assert found == pytest.approx(power, rel=1e-8)
+
+
 @pytest.mark.parametrize(("tau", "friction", "restitution"), [(6e-5, 3.0, 1.0), (3e-5, 3.0, 0.6)])
 def test_it_adds_up_where_the_tip_sticks(tau: float, friction: float, restitution: float) -> None:
     """5 % of the energy was missing, whatever the steps."""

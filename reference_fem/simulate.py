@@ -128,8 +128,10 @@ def _solve(
         model = build_model(scene.mesh, *parts, settings)
         coarse = None
         if light_mesh is not None:
-            # one-point elements bend exactly where cells are cubes, and have no damping
-            one = light_mesh.dim == 3 and not any(m.relaxation_time for m in scene.materials)
+            # one-point elements have no damping
+            relaxes = any(m.relaxation_time for m in scene.materials)
+            relaxes = relaxes and len(light_mesh.cell_sets.get("relaxing", light_mesh.cells)) > 0
+            one = light_mesh.dim == 3 and not relaxes
             others = replace(settings, contact="impulse", element="hex8-one-point" if one else None)
             coarse = coarse_flight(build_model(light_mesh, *parts, others), model)
         reporting = Reporting(progress, file, started)

@@ -109,12 +109,16 @@ def test_a_folder_in_a_files_place_is_named(
 
 
 def test_a_crashing_solver_is_one_line_and_its_trace_is_kept(
-    fake_model: Use, fingertap: Run, tmp_path: Path
+    fake_model: Use, make_record: Make, fingertap: Run, tmp_path: Path
 ) -> None:
+    fake_model(make_record())
+    assert fingertap(*HCM, "--set", "surface.friction=0.1", "--out", tmp_path).code == 0
     fake_model(error=ZeroDivisionError("a\nb"))
     ended = fingertap(*HCM, "--out", tmp_path)
     assert ended.code == 1
     assert "ZeroDivisionError: a b" in ended.line
+    # no other run's numbers beside it
+    assert [path.name for path in (tmp_path / "run" / "soft-hcm").iterdir()] == ["error.txt"]
     trace = tmp_path / "run" / "soft-hcm" / "error.txt"
     assert str(trace) in ended.line
     assert "Traceback" in trace.read_text()

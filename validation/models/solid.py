@@ -97,6 +97,7 @@ class Solid(Adapter):
                     body and solid_mesh.relaxing_near(tables, touch, sizing, body)
                     for body in (mesh, beside)
                 )
+                coarse = coarse and solid_mesh.relaxing_nowhere(coarse)
             if settings.element == reference_fem.ONE_POINT and self.dimension == 3 and not warm:
                 _warm_up_element(self, settings.element, damped)
             start = time.perf_counter()

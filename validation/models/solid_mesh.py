@@ -117,7 +117,7 @@ def _flight_sizing(tables: Scene) -> meshes.Sizing:
     fem, diameter = tables.solver.fem, tables.smallest_diameter
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
     axial = min(edge, *tables.per_phalanx(tables.finger.length))
-    return meshes.Sizing(min(edge, diameter), axial, min(edge, diameter))
+    return meshes.Sizing(min(edge, diameter), axial, min(edge, diameter), full_volume=True)
 
 
 def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
@@ -218,6 +218,11 @@ def relaxing_near(
     away = np.linalg.norm(mesh.points[mesh.cells].mean(axis=1) - place, axis=1)
     near = away <= max(sizes.reach * touch.patch_radius, away.min())
     return replace(mesh, cell_sets={**mesh.cell_sets, "relaxing": np.flatnonzero(near)})
+
+
+def relaxing_nowhere(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
+    """The mesh of a coarse flight: no tip slides in it."""
+    return replace(mesh, cell_sets={**mesh.cell_sets, "relaxing": np.empty(0, dtype=np.int64)})
 
 
 def size_scale(tables: Scene) -> float:

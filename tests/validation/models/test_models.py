@@ -10,6 +10,7 @@ import pytest
 import xarray
 
 import hcm
+import reference_fem
 from hcm.accuracy import ACCURACY_QUANTITIES
 from tests.validation.commands import Run, call
 from validation.errors import UserError
@@ -317,6 +318,29 @@ def test_a_coarse_flight_of_a_scene_has_a_mesh_of_its_own() -> None:
         assert taps[0].value(name) != taps[1].value(name)
 
 
+def test_a_coarse_flight_does_not_relax_where_only_the_touch_should(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A time chosen against flutter took a tenth of the strain energy of driven-1's flight."""
+    given: list[Any] = []
+
+    def stop(mesh: Any, materials: Any, *_: Any, flight_mesh: Any, **__: Any) -> None:
+        given.append((mesh, materials, flight_mesh))
+        raise ValueError("seen")
+
+    monkeypatch.setattr(reference_fem, "simulate", stop)
+    chosen = ("solver.fem.flight=coarse", "solver.fem.accuracy=0.05")
+    for stated, relaxing in (("surface.friction=0.5", 0), ("material.relaxation_time=1e-7", None)):
+        with pytest.raises(UserError, match="seen"):
+            solid.FEM2D.run(load_scene("soft", (*chosen, stated)))
+        mesh, materials, light = given[-1]
+        assert materials[0].relaxation_time > 0.0
+        sizes = [len(of.cell_sets.get("relaxing", of.cells)) for of in (mesh, light)]
+        assert sizes[0] > 0
+        assert sizes[1] == (len(light.cells) if relaxing is None else 0)
+    assert len(given) == 2
+
+
 @pytest.mark.parametrize(
     ("override", "message"),
     [
@@ -330,3 +354,18 @@ def test_edges_of_a_coarse_flight_that_mean_nothing_are_refused(
 ) -> None:
     with pytest.raises(UserError, match=message):
         solid.FEM2D.run(load_scene("soft", (*LOW, "solver.fem.flight_size=0.003", override)))
+
+
+def test_a_relaxation_time_of_zero_that_is_stated_names_another_run() -> None:
+    """Where it is left out, a solid held to an accuracy chooses one."""
+    stated, left_out = (
+        scene_inputs(load_scene("soft", changes).tables, "fem3d")
+        for changes in (("material.relaxation_time=0",), ())
+    )
+    assert stated != left_out
+
+
+def test_scenes_of_different_names_have_folders_of_their_own() -> None:
+    names = {Job(source, "hcm").folder_name for source in ("a b.toml", "a-b.toml", "a_b.toml")}
+    assert len(names) == 3
+    assert Job("soft", "fem3d", variant="ls dyna").folder_name == "soft-fem3d-ls-dyna"

@@ -107,6 +107,18 @@ def test_new_scene_is_the_one_it_is_like_also_with_every_default_written(tmp_pat
     load_scene(str(path))
 
 
+@pytest.mark.parametrize(("text", "said"), [("finger = 3", "finger"), ("lenth = 0.1", "finger is missing")])
+def test_a_scene_like_one_that_no_run_takes_is_refused(
+    tmp_path: Path, fingertap: Run, text: str, said: str
+) -> None:
+    """Nothing is left behind that would be in the way of the next try."""
+    (tmp_path / "bad.toml").write_text(text)
+    ended = fingertap("new", str(tmp_path / "mine.toml"), "--like", str(tmp_path / "bad.toml"))
+    assert ended.code == 2
+    assert said in ended.line
+    assert not (tmp_path / "mine.toml").exists()
+
+
 def test_written_defaults_of_the_solids_are_what_they_do_without(tmp_path: Path) -> None:
     """A preset's contact law and sizes are no defaults of the solver's."""
     assert call("new", str(tmp_path / "mine.toml")) == 0

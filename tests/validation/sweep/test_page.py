@@ -75,6 +75,9 @@ def test_models_that_state_no_errors_are_not_beyond_them(tmp_path: Path) -> None
     (row, *_) = table(data.assign({name: data[name] * [1.0, 1.0, np.nan]}), pairs(plan))
     assert row["scenes"] == 3
     assert "beyond both stated errors (%)" not in row
+    # an error that is not known says as little: the first scene alone, whose 1 N lies within
+    (row, *_) = table(data.assign({name: data[name] * [1.0, 1.0, np.inf]}), pairs(plan))
+    assert "beyond both stated errors (%)" not in row
 
 
 def test_a_table_shows_what_any_of_its_rows_has(tmp_path: Path) -> None:

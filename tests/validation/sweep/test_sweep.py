@@ -4,6 +4,7 @@ import json
 import shlex
 import signal
 import threading
+from collections import deque
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from pathlib import Path
@@ -320,6 +321,31 @@ def test_a_worker_with_another_program_is_refused(monkeypatch: pytest.MonkeyPatc
     runs.check_program(own, own, "worker")
     assert "machine" not in own
     assert not any(name.endswith("_NUM_THREADS") for name in own["environment"])
+
+
+def test_a_lost_connection_is_no_workers_death() -> None:
+    """A scene is given up after two deaths, however often its batch was sent for other reasons."""
+    task = SweepTask(0, 0, "hcm", (), "digest")
+    cut: Future[list[Row]] = Future()
+    cut.cancel()
+    dead: Future[list[Row]] = Future()
+    dead.set_exception(RuntimeError("killed"))
+    again = deque([executor.Batch((task,))])
+    for future in (cut, dead, cut):
+        assert executor._rows(future, again.popleft(), again) == []
+    (row,) = executor._rows(dead, again.popleft(), again)
+    assert row["status"] == CRASHED
+
+
+@pytest.mark.parametrize(("common", "threads"), [("", ["1"]), ('"solver.fem.threads" = 2', [])])
+def test_threads_that_a_plan_sets_for_all_models_are_kept(
+    tmp_path: Path, common: str, threads: list[str]
+) -> None:
+    text = PLAN.replace('["hcm"]', '["fem2d"]').replace("[set]", f"[set]\n{common}")
+    plan = read_plan(written(tmp_path, text))
+    tasks = command._tasks(plan, points_of(plan))
+    (found,) = {tuple(o for o in task.overrides if "threads" in o) for task in tasks}
+    assert [one.partition("=")[2] for one in found] == threads
 
 
 def test_a_solids_scene_takes_one_thread() -> None:

@@ -24,13 +24,13 @@ from reference_fem.flight_error import (
     omitted_motion,
     speed_exponent,
 )
+from reference_fem.hertz import hertz_patch
 from reference_fem.mesh_error import (
     IMPULSE,
     PEAK,
     STRESS,
     CompanionRun,
     Resolution,
-    hertz_radius,
     rivals,
     spacing,
     tap_errors,
@@ -92,7 +92,7 @@ class SolvedScene:
     def resolution(self, run: TapResult, angle: float) -> Resolution:
         """How finely the mesh resolves the patch; angle : of the last phalanx at the touch, rad."""
         mesh, peak = self.scene.mesh, run.summary.peak_normal_force_N or 0.0
-        patch = hertz_radius(peak, self.radius, self.scene.materials[-1], angle, mesh.dim)
+        patch = hertz_patch(peak, self.radius, self.scene.materials[-1], angle, mesh.dim)
         return Resolution(spacing(mesh, angle), patch, self.section, mesh.dim)
 
 

@@ -23,9 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import meshes
-from reference_fem.hertz import hertz_contact_radius
 from reference_fem.result import TapResult
-from reference_fem.settings import Material
 from reference_fem.summary import PROMINENCE, confirmed_maxima, stress_during
 
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
@@ -199,15 +197,3 @@ def spacing(mesh: meshes.FingerMesh, angle: float) -> float:
     low = np.argmin(math.sin(angle) * points[:, 0] + math.cos(angle) * points[:, 1])
     apart = np.linalg.norm(points - points[low], axis=1)
     return float(np.sort(apart)[1 : mesh.dim + 1].mean())
-
-
-def hertz_radius(force: float, radius: float, material: Material, angle: float, dim: int) -> float:
-    """Radius of Hertz's patch, m.
-
-    In plane stress half the width of a line contact, a² = 4 F R / π E t, with t the chord of the
-    round section where a phalanx at this angle below the horizontal touches.
-    """
-    if dim == 3:
-        return hertz_contact_radius(material, radius, force)
-    chord = 2.0 * radius * max(abs(math.sin(angle)), 0.1)
-    return math.sqrt(4.0 * force * radius / (math.pi * material.youngs_modulus * chord))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import meshes
+from reference_fem.hertz import hertz_impact
 from reference_fem.rigid_chain import ChainState, chain_and_start
 from reference_fem.rigid_flight import fly
 from reference_fem.settings import Drive, Material, Surface
@@ -15,12 +16,12 @@ from reference_fem.true_body import true_chain, true_gap
 
 @dataclass(frozen=True)
 class Touch:
-    """A prediction before anything is solved, good to some 5 % in the patch on the paper's fingers.
+    """A prediction before anything is solved: the patch is good to some 5 % on the paper's fingers.
 
     angle : between the last phalanx's axis and the direction to the surface, rad (`touch_angle`)
     speed : of the lowest point towards the surface, m/s; at least 0.
     mass : effective mass with which it meets the surface, kg
-    force, patch_radius : Hertz's at the largest approach, N and m
+    force, patch_radius : Hertz's at the largest approach, N and m (in 2D half the width)
     """
 
     angle: float
@@ -90,9 +91,7 @@ def predicted_touch(
     With the mobility G of the ball's lowest point (`RigidChain.mobility`) and friction in gross
     slip, F_t = r F_n, r = -μ sgn v_x, the point meets the surface with the mass m = 1/(G_yy + r
     G_yx), or with 1/G_yy where that is not positive (Painlevé's jamming).
-    Hertz's ball of that mass comes to rest where (Johnson, Contact Mechanics, 11.4.1)
-
-        ½ m v² = 2/5 k δ^(5/2),  k = 4/3 E* sqrt(R),  F = k δ^(3/2),  a = sqrt(R δ)
+    The largest force is that of Hertz's ball, or of his disc, of that mass (`hertz_impact`).
 
     Parameters
     ----------
@@ -118,12 +117,5 @@ def predicted_touch(
         yielding = float(mobility[1, 1])
     mass = 1.0 / yielding
     speed = max(0.0, -float(velocity[1]))
-    stiffness = 4.0 / 3.0 * materials[-1].plane_strain_modulus * math.sqrt(radius)
-    approach = (1.25 * mass * speed**2 / stiffness) ** 0.4
-    return Touch(
-        angle=touch_angle(axis),
-        speed=speed,
-        mass=mass,
-        force=stiffness * approach**1.5,
-        patch_radius=math.sqrt(radius * approach),
-    )
+    impact = hertz_impact(mass, speed, radius, materials[-1], axis, dim)
+    return Touch(touch_angle(axis), speed, mass, *impact)

@@ -107,7 +107,9 @@ def test_new_scene_is_the_one_it_is_like_also_with_every_default_written(tmp_pat
     load_scene(str(path))
 
 
-@pytest.mark.parametrize(("text", "said"), [("finger = 3", "finger"), ("lenth = 0.1", "finger is missing")])
+@pytest.mark.parametrize(
+    ("text", "said"), [("finger = 3", "finger"), ("lenth = 0.1", "finger is missing")]
+)
 def test_a_scene_like_one_that_no_run_takes_is_refused(
     tmp_path: Path, fingertap: Run, text: str, said: str
 ) -> None:

@@ -63,7 +63,8 @@ class _Body:
     """Phalanx `w` (from 0) of a mesh: its outer facets and which of its surfaces each lies on.
 
     The surfaces are the proximal plane, the distal plane, the plane of symmetry, the holes and the
-    round side (the cylinder, and the tip's sphere); `on` is (surfaces, facets).
+    round side (the cylinder, and the tip's sphere); `on` is (surfaces, facets). Nodes of the round
+    side may stand out by its facets' largest sagitta, for the whole volume (`Sizing.full_volume`).
     """
 
     w: int
@@ -74,6 +75,7 @@ class _Body:
     geometry: FingerGeometry
     distance: Floats
     on: Ints
+    sagitta: float
 
     @classmethod
     def of(cls, mesh: FingerMesh, geometry: FingerGeometry, w: int) -> _Body:
@@ -95,12 +97,18 @@ class _Body:
                 far if rounded else np.abs(x - last),
                 np.abs(mesh.points[:, 2]) if mesh.dim == 3 else far,
                 to_hole,
-                np.abs(np.linalg.norm(_arms(mesh.points, geometry, w), axis=1) - radius),
+                np.linalg.norm(_arms(mesh.points, geometry, w), axis=1) - radius,
             ]
         )
-        distance = surfaces[:, facets].max(axis=2)
+        one, opposite = np.split(mesh.points[facets], 2, axis=1)
+        sagitta = np.linalg.norm(one - opposite, axis=2).max(axis=1) ** 2 / (8.0 * radius)
+        distance = np.abs(surfaces[:, facets]).max(axis=2)
+        flat = (distance[:-1] <= PLACE * radius).any(axis=0)
+        largest = float(sagitta[~flat].max(initial=0.0))
+        beyond = surfaces[-1, facets]
+        distance[-1] = np.maximum(-beyond, beyond - largest).max(axis=1)
         on = distance <= PLACE * radius
-        return cls(w, mesh.points, cells, nodes, facets, geometry, distance, on)
+        return cls(w, mesh.points, cells, nodes, facets, geometry, distance, on, largest)
 
     def check_shape(self) -> None:
         """Refuse a phalanx of several parts, of another size or place, or not round."""
@@ -116,19 +124,18 @@ class _Body:
         first, last = _ends(geometry, self.w)
         across = np.linalg.norm(self.points[self.nodes, 1:], axis=1)
         low = float(self.points[self.nodes, 2].min()) if self.points.shape[1] == 3 else 0.0
-        for what, found, wanted in (
-            (f"{name} is {{}} m long, the finger's length is {{}}", np.ptp(x), first - last),
-            (f"{name} begins at x = {{}} m, its hinge in the finger is at {{}}", x.max(), first),
-            (f"{name} lies {{}} m above the axis y = {{}}", 0.5 * (y.min() + y.max()), 0.0),
-            (f"{name} begins at z = {{}} m, a half finger at {{}}", low, 0.0),
-            (
-                f"{name} is {{}} m thick, the finger's diameter is {{}}",
-                2.0 * across.max(),
-                2.0 * radius,
-            ),
+        stands = self.sagitta * geometry.rounded(self.w)
+        middle, thick, out = 0.5 * (y.min() + y.max()), 2.0 * across.max(), self.sagitta
+        for what, found, wanted, below, above in (
+            ("is {} m long, the finger's length is {}", np.ptp(x), first - last, 0.0, stands),
+            ("begins at x = {} m, its hinge in the finger is at {}", x.max(), first, 0.0, 0.0),
+            ("lies {} m above the axis y = {}", middle, 0.0, out, out),
+            ("begins at z = {} m, a half finger at {}", low, 0.0, 0.0, 0.0),
+            ("is {} m thick, the finger's diameter is {}", thick, 2.0 * radius, 0.0, 2.0 * out),
         ):
-            if abs(found - wanted) > tolerance:
-                raise MeshError(what.format(f"{found:.4g}", f"{wanted + 0.0:.4g}"))
+            if not -tolerance - below <= found - wanted <= tolerance + above:
+                said = what.format(f"{found:.4g}", f"{wanted + 0.0:.4g}")
+                raise MeshError(f"{name} {said}")
         nearest = self.distance.min(axis=0)
         off = np.flatnonzero(~self.on.any(axis=0))
         if off.size:

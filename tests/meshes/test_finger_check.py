@@ -12,6 +12,10 @@ from tests.meshes.fingers import BUILD, FINE_TIP
 GEOMETRY = meshes.FingerGeometry((0.04, 0.03), (0.015, 0.012))
 COARSE = meshes.Sizing(5e-3, 1e-2, 5e-3)
 SIZINGS = {"fast": meshes.SIZINGS["fast"], "coarse": COARSE, "fine tip": FINE_TIP}
+SIZINGS |= {
+    f"{name}, whole volume": dataclasses.replace(sizing, full_volume=True)
+    for name, sizing in SIZINGS.items()
+}
 SHAPES = {
     "plain": GEOMETRY,
     "holed": dataclasses.replace(GEOMETRY, shaft_radius=2e-3),

@@ -74,6 +74,10 @@ def _check_sets(mesh: FingerMesh) -> None:
     missing += [
         f"facet set {n}" for n in ("surface", "tip") if len(mesh.facet_sets.get(n, ())) == 0
     ]
+    if mesh.dim == 3 and missing == ["node set symmetry"] and mesh.points[:, 2].min() < 0.0:
+        raise MeshError(
+            "node set symmetry is empty, and nodes have Z < 0: a 3D mesh must be the half Z >= 0"
+        )
     if missing:
         raise MeshError(
             f"missing or empty: {', '.join(missing)}; name the sets as meshes.write does"

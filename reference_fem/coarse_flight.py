@@ -57,7 +57,8 @@ class CoarseFlight:
 
         Less than one: it is time to hand over.
         """
-        speed = SPEED_MARGIN + float(np.max(-state.velocity[self.model.contact.nodes, 1]))
+        down = -state.velocity[self.model.contact.nodes, 1]
+        speed = SPEED_MARGIN + float(np.max(down, initial=0.0))  # also where all of them rise
         gap = lowest_gap(self.to, self.on_run(state.displacement))
         ahead = 0.5 * (gap / speed - lead_steps * self.to.step_s) / self.model.step_s
         return int(min(FLIGHT_BLOCK, ahead))  # NaN, of a flight that diverged, gives a block

@@ -117,7 +117,8 @@ class Recorder:
         samples = [*self._thinned["flight"].items, *self._thinned["window"].items]
         if not samples:
             return History(**{f.name: np.empty(_EMPTY.get(f.name, 0)) for f in fields(History)})
-        samples += [last for last in self._single["last"] if last.time_s != samples[-1].time_s]
+        times = {sample.time_s for sample in samples}
+        samples += [last for last in self._single["last"] if last.time_s not in times]
         samples.sort(key=lambda item: item.time_s)
         return History(**_columns(samples))
 

@@ -159,6 +159,16 @@ def test_missing_sets(
     assert re.search(message, refusal(path))
 
 
+def test_a_whole_body_is_told_that_its_half_is_wanted(
+    mesh: meshes.FingerMesh, tmp_path: Path
+) -> None:
+    if mesh.dim == 2:
+        pytest.skip("a plane mesh has no halves")
+    meshes.write(meshes.mirrored(mesh), tmp_path / "whole.vtu")
+    with pytest.raises(meshes.MeshError, match="must be the half Z >= 0"):
+        meshes.read(tmp_path / "whole.vtu")
+
+
 def test_foreign_file_without_sets_or_with_tetrahedra(tmp_path: Path) -> None:
     import meshio
 

@@ -177,6 +177,18 @@ def test_a_flight_that_ends_before_the_touch_has_no_contact() -> None:
         fly(max_steps=100)
 
 
+def test_a_tip_that_rises_is_not_handed_over(over: CoarseFlight) -> None:
+    """Faster than `SPEED_MARGIN` it was, and flew on on the run's mesh."""
+    ahead = [
+        over.steps_ahead(
+            start_state(over.model, np.zeros_like(v), v + [0.0, up, 0.0][: v.shape[1]], 0.0), 2
+        )
+        for v in [np.zeros_like(over.model.points)]
+        for up in (0.0, 3.0)
+    ]
+    assert ahead[0] == ahead[1] > 100
+
+
 @pytest.mark.parametrize(("flight", "height"), [("explicit", 0.0245), ("coarse", 0.02)])
 def test_a_torque_does_not_turn_the_tip_through_the_surface_between_two_looks(
     flight: Any, height: float

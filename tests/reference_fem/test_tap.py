@@ -343,3 +343,11 @@ def test_the_rigid_flight_hands_its_speed_over_to_the_touch() -> None:
     free = np.linalg.norm((at - before) / model.step_s + [0.0, 9.8]) * 2.5 * model.step_s
     assert np.linalg.norm(np.subtract(read, at)) < free
     assert free < 1e-3 * np.linalg.norm(at)
+
+
+def test_a_history_that_ends_in_flight_has_every_time_once() -> None:
+    """Its last sample, which it always holds, may be one of the flight's as well."""
+    mesh = meshes.finger_quadrilaterals(GEOMETRY, meshes.Sizing(4e-3, 5e-3, 4e-3))
+    rubber = (rf.Material(1e8, 0.4, 1400.0),) * 3
+    found = tap(mesh, rubber, end_time_s=0.17, estimate=False, contact="impulse")
+    assert np.diff(found.history.time_s).min() > 0.0

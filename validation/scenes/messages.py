@@ -109,7 +109,9 @@ def _one(error: Any, of: type[BaseModel]) -> str:
 
 
 def _missing(key: str) -> str:
-    inside = [known for known in known_keys() if known.startswith(key + ".")]
+    inside = [
+        k for k, field in known_keys().items() if k.startswith(key + ".") and field.is_required()
+    ]
     if inside:
         return f"add a table [{key}] with {', '.join(k.removeprefix(key + '.') for k in inside)}"
     table, _, name = key.rpartition(".")

@@ -75,6 +75,11 @@ class FingerMesh:
         return sum(PHALANX.fullmatch(name) is not None for name in self.cell_sets)
 
     @property
+    def relaxing(self) -> Ints:
+        """Elements that have their material's relaxation time: the set, or all of them."""
+        return self.cell_sets.get("relaxing", np.arange(len(self.cells)))
+
+    @property
     def radii(self) -> Floats:
         """Radii of the phalanges, (P,) m: of the shape, beyond which nodes may stand out, or, where
         it is not known, of the outermost nodes.

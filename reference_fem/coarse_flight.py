@@ -22,15 +22,12 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from reference_fem.arrays import Array, Index
+from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, expected_speed, flight_block
 from reference_fem.dynamics.state import LoopState, State
 from reference_fem.dynamics.step import Block, advance, lowest_gap, start_state
 from reference_fem.model import Model
 from reference_fem.ties import follow
 
-FLIGHT_BLOCK = 1000
-"""Steps of a block in flight, where contact is expected to be out of reach for longer."""
-SPEED_MARGIN = 1.0
-"""Speed that the tip is expected to gain at most within a flight block, m/s."""
 REACH = 2.5
 """r over the longest extent of the flight's cells: an end sees three layers of nodes."""
 CHUNK = 1024
@@ -57,24 +54,17 @@ class CoarseFlight:
 
         Less than one: it is time to hand over.
         """
-        down = -state.velocity[self.model.contact.nodes, 1]
-        speed = SPEED_MARGIN + float(np.max(down, initial=0.0))  # also where all of them rise
         gap = lowest_gap(self.to, self.on_run(state.displacement))
-        ahead = 0.5 * (gap / speed - lead_steps * self.to.step_s) / self.model.step_s
+        reach_s = gap / expected_speed(self.model, state)
+        ahead = 0.5 * (reach_s - lead_steps * self.to.step_s) / self.model.step_s
         return int(min(FLIGHT_BLOCK, ahead))  # NaN, of a flight that diverged, gives a block
 
     def advanced(self, state: State, lead_steps: int) -> tuple[State, Block] | None:
-        """The flight's next block; None: it is time to hand over.
-
-        One that a torque has sped up until it was too late to hand over is shortened.
-        """
+        """The flight's next block, not past the time to hand over; None: that is now."""
         steps = self.steps_ahead(state, lead_steps)
-        while steps >= 1:
-            after, block = advance(self.model, state, steps, False)
-            if self.steps_ahead(after, lead_steps) >= 0:
-                return after, block
-            steps //= 2
-        return None
+        return flight_block(
+            self.model, state, steps, lambda after: self.steps_ahead(after, lead_steps) >= 0
+        )
 
     def on_run(self, field: Array) -> Array:
         """Map a field (n_points, dim) of the flight's nodes to the run's; close the hinges."""

@@ -185,8 +185,7 @@ def _kernel(
     young, poisson, density, relaxation = np.array(
         [(m.youngs_modulus, m.poisson_ratio, m.density, m.relaxation_time) for m in materials]
     )[phalanx].T.copy()
-    if "relaxing" in mesh.cell_sets:
-        relaxation *= np.isin(np.arange(len(cells)), mesh.cell_sets["relaxing"])
+    relaxation *= np.isin(np.arange(len(cells)), mesh.relaxing)
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, mesh.radii[phalanx]),)
     elements = _formulation(mesh.dim, settings)
     return elements(points, cells, young, poisson, density, *thickness, relaxation)

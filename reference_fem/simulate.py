@@ -16,7 +16,7 @@ from reference_fem.dynamics.loop import Reporting, explicit_tap, result_of
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
 from reference_fem.dynamics.state import LoopState, unpack
-from reference_fem.dynamics.step import start_state
+from reference_fem.dynamics.step import CutsSurfaceError, start_state
 from reference_fem.estimate import SolvedScene, estimated
 from reference_fem.model import Model, build_model
 from reference_fem.result import Status, TapResult
@@ -90,7 +90,7 @@ def simulate(
         tap = replace(scene, mesh=other, settings=once, start=state, flight_mesh=None)
         try:
             return _solve(tap).result
-        except ValueError:  # a start just above the run's mesh may lie below the other's nodes
+        except CutsSurfaceError:  # a start just above the run's mesh may cut into the other
             return None
 
     try:
@@ -129,9 +129,8 @@ def _solve(
         coarse = None
         if light_mesh is not None:
             # one-point elements have no damping
-            relaxes = any(m.relaxation_time for m in scene.materials)
-            relaxes = relaxes and len(light_mesh.cell_sets.get("relaxing", light_mesh.cells)) > 0
-            one = light_mesh.dim == 3 and not relaxes
+            damped = light_mesh.relaxing.size and any(m.relaxation_time for m in scene.materials)
+            one = light_mesh.dim == 3 and not damped
             others = replace(settings, contact="impulse", element="hex8-one-point" if one else None)
             coarse = coarse_flight(build_model(light_mesh, *parts, others), model)
         reporting = Reporting(progress, file, started)
@@ -159,7 +158,7 @@ def _run_from_start(
     gap, height = surface_gap(model, chain), model.surface.height
     clearance = gap(rigid.angles)
     if clearance <= 0.0:
-        raise ValueError(
+        raise CutsSurfaceError(
             f"height = {height}: the surface cuts {-clearance:.3g} m into the finger "
             "at the start; it must lie below it"
         )

@@ -7,8 +7,9 @@ import numpy as np
 
 from reference_fem.arrays import Progress
 from reference_fem.cautions import Evidence, cautions
-from reference_fem.coarse_flight import FLIGHT_BLOCK, SPEED_MARGIN, CoarseFlight
+from reference_fem.coarse_flight import CoarseFlight
 from reference_fem.dynamics.energy import sample
+from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, expected_speed, flight_block
 from reference_fem.dynamics.guards import failure
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
@@ -153,23 +154,17 @@ def audit_interval(model: Model) -> int:
 
 
 def _advanced(model: Model, state: State, interval: int) -> tuple[State, Block]:
-    """The next block; contact is searched for, in `interval` steps, where it may happen.
-
-    A flight block that ends below the surface, sped up by a torque, is repeated in half the steps.
-    """
+    """The next block; contact is searched for, in `interval` steps, where it may happen."""
     steps = 0 if _in_reach(model, state) else FLIGHT_BLOCK
-    while steps:
-        after, block = advance(model, state, steps, False)
-        if not lowest_gap(model, after.displacement) < 0.0:
-            return after, block
-        steps //= 2
-    return advance(model, state, interval, True)
+    flown = flight_block(
+        model, state, steps, lambda after: not lowest_gap(model, after.displacement) < 0.0
+    )
+    return flown or advance(model, state, interval, True)
 
 
 def _in_reach(model: Model, state: State) -> bool:
-    """Whether contact may happen within a flight block, if the tip gains `SPEED_MARGIN` at most."""
-    gap = lowest_gap(model, state.displacement)
-    speed = float(np.max(-state.velocity[model.contact.nodes, 1], initial=0.0)) + SPEED_MARGIN
+    """Whether contact may happen within a flight block."""
+    gap, speed = lowest_gap(model, state.displacement), expected_speed(model, state)
     return not gap > 2.0 * speed * FLIGHT_BLOCK * model.step_s
 
 

@@ -41,6 +41,10 @@ class Block:
     searched: bool
 
 
+class CutsSurfaceError(ValueError):
+    """The surface cuts into the body at the start."""
+
+
 ROUNDING = 1e-14  # over the surface's depth: round-off of a zero gap, a sum over a facet's nodes
 
 
@@ -59,7 +63,7 @@ def start_state(
     angles : (phalanges,), rotations of the phalanges so far, to within half a turn; None: less than
         half a turn.
 
-    Raises ValueError: the surface already cuts into the body.
+    Raises CutsSurfaceError.
     """
     near = np.zeros(model.touching_body + 1) if angles is None else angles
     state = State(
@@ -76,7 +80,7 @@ def start_state(
     )
     gap = lowest_gap(model, state.displacement)
     if gap < -ROUNDING * model.surface.height:
-        raise ValueError(
+        raise CutsSurfaceError(
             f"surface.height = {model.surface.height}: the surface cuts {-gap:.3g} m into the "
             "finger at the start; put it lower"
         )

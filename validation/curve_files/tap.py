@@ -55,7 +55,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     tap, joined, count = _first_tap(samples, time, normal, touches, least, origin, sidecar)
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     line = zero_line(normal[~touches])
-    errors = _sample_errors(time, forces, touches, tap, hidden, line)
+    errors = _sample_errors(time, forces, contact, touches, tap, hidden, line)
     notes = [*filter(None, [sidecar.source]), *samples.notes]
     notes.append(_of_the_whole(sidecar, beside))
     axes = [name for name in AXES if name in forces]
@@ -124,24 +124,24 @@ def _times(samples: Samples, origin: str, sidecar: Sidecar) -> Floats:
 
 
 def _sample_errors(
-    time: Floats, forces: Mapping[str, Floats], touches: NDArray[np.bool_], tap: slice,
-    hidden: float, line: ZeroLine,
+    time: Floats, forces: Mapping[str, Floats], contact: Mapping[str, Floats],
+    touches: NDArray[np.bool_], tap: slice, hidden: float, line: ZeroLine,
 ) -> dict[str, float]:  # fmt: skip
     """Errors of a tap's numbers by its samples' standard deviations, where there are any.
 
-    hidden : force up to which nothing touches, N. line : the zero line of the normal force.
+    contact : the forces, zero out of contact. hidden : force up to which nothing touches, N.
+    line : the zero line of the normal force.
     """
     errors: dict[str, float] = {}
-    contact = {name: np.where(touches, force, 0.0)[tap] for name, force in forces.items()}
     if (sigma := forces.get("normal_force_sigma")) is not None:
         step = quantum(forces["normal_force"][tap])
         errors = normal_force_errors(
-            time[tap], contact["normal_force"], sigma[tap], hidden, line, step
+            time[tap], contact["normal_force"][tap], sigma[tap], hidden, line, step
         )
         errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
-    tangential, deviation = (forces.get(f"tangential_force{of}") for of in ("", "_sigma"))
+    tangential, deviation = forces.get("tangential_force"), forces.get("tangential_force_sigma")
     if tangential is not None and deviation is not None:
-        pulled = contact["tangential_force"]
+        pulled = contact["tangential_force"][tap]
         errors["peak_tangential_force_N"] = float(
             deviation[tap][np.argmax(np.abs(pulled))]
         ) + excess(pulled, zero_line(tangential[~touches]).scatter)

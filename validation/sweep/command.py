@@ -108,7 +108,8 @@ def _tasks(plan: Plan, points: PointTable) -> Iterator[SweepTask]:
     """All tasks, ordered by model, so that those of a batch are alike."""
     for number, solver in enumerate(plan.solvers):
         own = tuple(assignment(key, value) for key, value in solver.set.items())
-        if not any(sets(text, THREADS) for text in plan.common):  # nor in the model's own keys
+        # a number that the plan sets stands: for all models, or after this one for its own
+        if not any(sets(text, THREADS) for text in plan.common):
             own = (*on_one_thread(solver.model), *own)
         for point in range(len(points)):
             overrides = (*own, *points.overrides(point))

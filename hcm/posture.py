@@ -37,7 +37,7 @@ class Posture:
     def is_concave(self) -> bool:
         """Whether the hinges lie below the line from the fixed hinge to the tip."""
         end = self.positions_m[-1][-1]
-        hinges = np.array([nodes[0] for nodes in self.positions_m[1:]])
+        hinges = np.array([nodes[0] for nodes in self.positions_m[1:]]).reshape(-1, 2)
         side = end[0] * hinges[:, 1] - end[1] * hinges[:, 0]
         return bool(side.sum() > 0)
 

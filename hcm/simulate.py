@@ -79,7 +79,7 @@ def simulate_scene(
     if fall is not None:
         check_kind("fall", fall, Fall)
     check_scene(scene.finger, scene.surface, scene.drive)
-    check_size(scene.finger, scene.settings)
+    check_size(scene.finger, scene.settings, scene.start.time_s if scene.start else 0.0)
     started = time.perf_counter()
     model = build_model(scene)
     begun = _begin(scene, model, progress, fall)

@@ -92,7 +92,8 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
             state, totals = ContactState(*contact), RunTotals(*totals)
             segments.append(next_segment(last, first_row, state, totals, rows, events, record))
             last = segments[-1]
-            kink = code == loop.DONE and over < until.end_time and last.totals.taps < limits.taps
+            tapped = last.totals.taps >= limits.taps if limits.taps else state.normal_mode != FLIGHT
+            kink = code == loop.DONE and over < until.end_time and not tapped
             if kink:
                 enter_piece(model, motion, last.contact, last.totals.time)
                 code = loop.RUNNING

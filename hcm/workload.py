@@ -30,12 +30,13 @@ class RunSize:
     seconds: float
 
 
-def run_size(finger: Finger, settings: Settings) -> RunSize:
+def run_size(finger: Finger, settings: Settings, start_s: float = 0.0) -> RunSize:
     """Size of a run, from the scene's numbers alone."""
     elements = sum(p.elements for p in finger.phalanges)
     steps = 1.0
     if settings.end_time is not None:
-        steps = max(settings.end_time / max(settings.flight_step, settings.contact_step), 1.0)
+        lasts = settings.end_time - start_s
+        steps = max(lasts / max(settings.flight_step, settings.contact_step), 1.0)
     row = 8 * (len(COLUMNS) + 2 * len(finger.phalanges)) * COPIES
     frame = 8 * 4 * (elements + len(finger.phalanges)) * COPIES
     memory = ELEMENT_BYTES * elements + row * settings.max_steps + frame * len(settings.frame_times)
@@ -49,13 +50,15 @@ def most_steps(finger: Finger) -> int:
     return 1 + int(max(MEMORY_LIMIT - one, 0.0) / row)
 
 
-def check_size(finger: Finger, settings: Settings) -> None:
+def check_size(finger: Finger, settings: Settings, start_s: float = 0.0) -> None:
     """Refuse a run that would need too much memory or too many steps.
+
+    start_s : when it starts, s.
 
     Raises ParameterError: the run may need more memory than `MEMORY_LIMIT`, or more steps than
         `max_steps` allows.
     """
-    size = run_size(finger, settings)
+    size = run_size(finger, settings, start_s)
     if size.memory_bytes > MEMORY_LIMIT:
         raise ParameterError(
             f"elements = {size.elements} in all, max_steps = {settings.max_steps} and"

@@ -382,7 +382,7 @@ def begin_mode(
         # alpha from the vertical: cos alpha = -r'_Y/|r'|
         steep = -q[tip + 3] / size
         memory[COMPLIANCE_XX] = law.compliance[2] * steep
-        memory[COMPLIANCE_XY] = -math.copysign(law.compliance[1], along)
+        memory[COMPLIANCE_XY] = -math.copysign(1.0, along) * law.compliance[1]
         memory[COMPLIANCE_YY] = law.compliance[0] + law.compliance[3] * steep * steep
         law.springs[:] = 0.0
     elif before.tangential_mode == SLIP and contact.tangential_mode == STICK:

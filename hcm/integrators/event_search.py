@@ -196,7 +196,8 @@ def first_event(
                 if not take_step(high, contact, old, new, integrator):
                     return math.nan, slot, total
                 if values_at(new, contact, integrator)[slot] >= -tolerance[slot]:
-                    take_step(h, contact, old, new, integrator)
+                    if not take_step(h, contact, old, new, integrator):
+                        return math.nan, slot, total
                     continue
             event, trials = locate(slot, high, tolerance[slot], contact, old, new, integrator)
             total += trials

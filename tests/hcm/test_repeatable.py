@@ -124,6 +124,13 @@ def test_the_repetition_differs_in_any_case(one: hcm.TapResult) -> None:
     assert not fixed.estimate
 
 
+def test_a_run_is_as_long_as_it_lasts_since_its_start() -> None:
+    settings = hcm.Settings(end_time=100.2, max_steps=10_000)
+    check_size(FINGER, settings, 100.0)
+    with pytest.raises(hcm.ParameterError, match="end_time"):
+        check_size(FINGER, settings, 0.0)
+
+
 def test_a_completed_run_is_not_refused_for_its_repetition(one: hcm.TapResult) -> None:
     """Four times its steps would need more memory than allowed: as many as fit are asked for."""
     most = most_steps(FINGER)

@@ -17,7 +17,7 @@ from hcm.contact import round_tip_kinematics, round_tip_law
 from hcm.contact.build import SPRINGS, law_of
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, event_values, transition
 from hcm.contact.law import IN_FLIGHT, RESTITUTION, SLIP, STICK
-from hcm.contact.round_tip_law import COMPLIANCE_XX, COMPLIANCE_YY, RoundTipLaw
+from hcm.contact.round_tip_law import COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY, RoundTipLaw
 from tests.hcm.round_tips import MU, NU, TOUCH, E, R, at, law, press, touched
 
 NORMAL_E = E / (1 - NU**2)
@@ -220,6 +220,17 @@ def test_a_sliding_tip_holds_where_restitution_outweighs_its_compliance(
         assert np.isnan(gap)
     else:
         assert gap == pytest.approx(y, rel=1e-9)
+
+
+@pytest.mark.parametrize("c_nt", [0.3, -0.3, 0.0])
+@pytest.mark.parametrize("angle", [-0.7, -2.4])
+def test_a_stated_compliance_keeps_its_sign(c_nt: float, angle: float) -> None:
+    """Away from the hinges, on either side: c_xy = -s c_nt, s the sign of the pole's arm in X."""
+    tip = law(tip_compliance=True)
+    compliance = tip.compliance.copy()
+    compliance[1] = c_nt
+    memory = touched(tip._replace(compliance=compliance), angle).memory
+    assert memory[COMPLIANCE_XY] == -np.copysign(1.0, np.cos(angle)) * c_nt
 
 
 def test_a_tip_that_leaves_finds_its_springs() -> None:

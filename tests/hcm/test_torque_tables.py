@@ -169,6 +169,20 @@ def test_a_torque_that_begins_just_before_the_end_has_bent_little() -> None:
         assert found == pytest.approx(2.0 * frequency * passed, rel=1e-6)
 
 
+@pytest.mark.parametrize("early", [1e-6, 1e-5])
+def test_a_kink_ends_no_flight_on_few_elements(early: float) -> None:
+    """A torque that is up before the finger has moved is the constant one, to 1e-3 of the peak."""
+    up = (1e-3, 0.0, 0.0)
+    table = hcm.TorqueTable((0.0, early, 0.01), ((0.0, 0.0, 0.0), up, up))
+    runs = [
+        hcm.simulate_within(1e-3, hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, drive))
+        for drive in (hcm.Drive(table=table), hcm.Drive(up))
+    ]
+    assert [run.status for run in runs] == [hcm.Status.COMPLETED] * 2
+    peaks = [run.summary.peak_normal_force_N for run in runs]
+    assert peaks[0] == pytest.approx(peaks[1], rel=1e-3)
+
+
 def test_a_tap_goes_on_across_a_kink() -> None:
     # in the middle of the tap, with a torque that cannot move the finger in its 0.2 ms
     table = hcm.TorqueTable((0.0, 0.1362, 0.1362), ((0.0,) * 3, (0.0,) * 3, (1e-9,) * 3))

@@ -26,7 +26,14 @@ from hcm.start import BeamStart, start_beams, start_divided
 from hcm.state import RunTotals
 from hcm.stepping import Progress, SteppingResult, rows_between, take_steps
 from hcm.summary import summarize
-from hcm.tap import near_ends_when_touched_again, nearest, next_touch_s, slow_end, taps_of
+from hcm.tap import (
+    ends_undecided,
+    near_ends_when_touched_again,
+    nearest,
+    next_touch_s,
+    slow_end,
+    taps_of,
+)
 from hcm.workload import check_size
 
 # Largest share by which what a rigid flight leaves out may change the tap; `rigid_chain.reactions`
@@ -138,6 +145,8 @@ def _result(
     relaxes = scene.assumptions.has("hertz") and scene.finger.phalanges[-1].relaxation_time > 0
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings, relaxes)
+        if taps and model.tap_ends is not None and taps[0][1] < math.inf:
+            cautions += ends_undecided(taps[0], over_s)
         if taps and scene.assumptions.any:
             touched = [event.kind for event in events].index("contact")
             slope = q[touched, model.chain.tip + 2 :]

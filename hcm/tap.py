@@ -131,6 +131,16 @@ def nearest(ends: Iterable[OtherEnd]) -> tuple[OtherEnd, ...]:
     return tuple(kept.values())
 
 
+def ends_undecided(tap: Tap, over_s: Iterable[float]) -> tuple[str, ...]:
+    """Caution about a tap whose run ended before the rule found it over, at one of `over_s`, s."""
+    if any(at >= tap[1] for at in over_s):
+        return ()
+    return (
+        "solver.hcm.end_time comes before the first tap is known to be over: a touch that soon"
+        " follows would belong to it, and its numbers would be others; raise end_time",
+    )
+
+
 def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:
     """Caution about a tap that fades out, so that a small force decides its duration. s, N."""
     during = (time >= tap[0]) & (time <= tap[1])

@@ -86,3 +86,9 @@ def test_impossible_starts_are_refused(
 ) -> None:
     with pytest.raises(hcm.ParameterError, match=named):
         hcm.simulate(FINGER, SURFACE, SOFT_TIP, start=hcm.RigidStart(*start))
+
+
+def test_a_single_phalanx_has_no_hinge_below_its_line() -> None:
+    settings = hcm.Settings(flight="rigid", end_time=1e-3, frame_times=(5e-4,))
+    run = hcm.simulate(finger(SOFT, 1), hcm.Surface(0.03, 0.5), SOFT_TIP, settings=settings)
+    assert not run.frames[0].is_concave

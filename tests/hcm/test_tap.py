@@ -55,14 +55,14 @@ def test_a_rigid_phalanx_touches_when_its_tip_falls_to_the_surface(
     assert next_touch_s(q, v, chain, height) == pytest.approx(expected, rel=1e-12)
 
 
-def bouncing(**switches: bool) -> hcm.TapResult:
+def bouncing(end_time: float | None = None, **switches: bool) -> hcm.TapResult:
     """A slender phalanx, which bends away from the surface and comes back within its tap."""
     return hcm.simulate(
         hcm.Finger((hcm.Phalanx(0.04, 0.004, 5e9, 3000.0, 12, poisson_ratio=0.35),)),
         hcm.Surface(height=0.02, friction=0.4),
         hcm.Tip(normal_stiffness=1e6),
         hcm.Drive(),
-        hcm.Settings(estimate=False, flight="rigid"),
+        hcm.Settings(estimate=False, flight="rigid", end_time=end_time),
         assumptions=hcm.Assumptions("refined", **switches),
     )
 
@@ -108,3 +108,12 @@ def test_a_tap_until_a_given_time_has_the_touches_that_begin_until_then() -> Non
     force = three.history.normal_force_N[:kept]
     np.testing.assert_array_equal(own.history.normal_force_N[:kept], force)
     assert own.summary.normal_impulse_N_s < 0.5 * three.summary.normal_impulse_N_s
+
+
+def test_an_end_time_between_two_touches_of_a_tap_is_said() -> None:
+    whole = bouncing()
+    left, again = [e.time_s for e in whole.events if e.kind in ("separation", "contact")][1:3]
+    cut = bouncing(end_time=0.5 * (left + again))
+    assert cut.summary.contact_duration_s == pytest.approx(left - whole.taps[0][0])
+    assert any("end_time" in caution for caution in cut.cautions)
+    assert not any("end_time" in caution for caution in whole.cautions)

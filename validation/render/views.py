@@ -90,7 +90,7 @@ def _surface_and_camera(
     if zoom:
         half_view, bar, center = 1.6 * radius, 0.002, tip_x + 0.6 * radius
     else:
-        half_view = 0.66 * max(float(y_high) + height, 0.6 * float(x_high - x_low))
+        half_view = 0.7 * max(float(y_high) + height, 0.6 * float(x_high - x_low))
         bar, center = 0.02, float(x_low + x_high) / 2
     focus = np.array([center, -height + 0.5 * half_view, 0.0])
     far = 8 * half_view

@@ -11,7 +11,7 @@ from validation.harness.files import exclusive_folder, write_json
 from validation.harness.processes import call_isolated
 from validation.harness.tables import table_of, write_table
 from validation.models.adapter import part
-from validation.models.hcm import warm_up_choices
+from validation.models.hcm import Kernels, warm_up_choices, warm_up_kernels
 from validation.runs.execute import compile_in_fresh_process
 from validation.studies.campaign import Case, run_cases
 from validation.studies.stress.hcm.maps import hcm_maps
@@ -91,6 +91,7 @@ def run_stress(
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))
         if any(wanted.solver == "hcm" for wanted in maps):
             call_isolated(warm_up_choices)
+            call_isolated(warm_up_kernels, Kernels(refined=True))
         verdicts = iter(run_cases(cases, folder / "cells.jsonl", part(progress, 0.0, 0.95)))
         summary = []
         for wanted in maps:

@@ -129,7 +129,7 @@ def _by_dop853(found: CellVerdict, scene: hcm.Scene, result: hcm.TapResult) -> C
     assert s.normal_impulse_N_s
     assert s.contact_duration_s
     error = largest_difference(
-        (other.peak_normal_force_N, other.normal_impulse_N_s, other.end.time_s - start.time_s),
         (s.peak_normal_force_N, s.normal_impulse_N_s, s.contact_duration_s),
+        (other.peak_normal_force_N, other.normal_impulse_N_s, other.end.time_s - start.time_s),
     )
     return found.compared("DOP853 with event handling from the state at contact", error)

@@ -16,7 +16,7 @@ from hcm.contact.build import beyond_checks
 from hcm.estimate import REPEATED, estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
-from hcm.model import Model, RigidStart, Scene, build_model, until_touch
+from hcm.model import Model, RigidStart, Scene, build_model, rods_state, until_touch
 from hcm.other_ends import with_other_ends
 from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
@@ -86,7 +86,7 @@ def simulate_scene(
     if fall is not None:
         check_kind("fall", fall, Fall)
     check_scene(scene.finger, scene.surface, scene.drive)
-    check_size(scene.finger, scene.settings, scene.start.time_s if scene.start else 0.0)
+    check_size(scene.finger, scene.settings, rods_state(scene.finger, scene.start)[1])
     started = time.perf_counter()
     model = build_model(scene)
     begun = _begin(scene, model, progress, fall)
@@ -145,7 +145,7 @@ def _result(
     relaxes = scene.assumptions.has("hertz") and scene.finger.phalanges[-1].relaxation_time > 0
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings, relaxes)
-        if taps and model.tap_ends is not None and taps[0][1] < math.inf:
+        if taps and model.tap_ends is not None:
             cautions += ends_undecided(taps[0], over_s)
         if taps and scene.assumptions.any:
             touched = [event.kind for event in events].index("contact")

@@ -92,6 +92,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
             state, totals = ContactState(*contact), RunTotals(*totals)
             segments.append(next_segment(last, first_row, state, totals, rows, events, record))
             last = segments[-1]
+            # a run of no taps is done as it touches, before it has tapped
             tapped = last.totals.taps >= limits.taps if limits.taps else state.normal_mode != FLIGHT
             kink = code == loop.DONE and over < until.end_time and not tapped
             if kink:
@@ -109,7 +110,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
             ):
                 until, code = further, loop.RUNNING
             if progress is not None:
-                progress(*_fraction(last.totals, last.contact, settings))
+                progress(*_fraction(model, last))
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     return SteppingResult(segments, status, over_s, other_ends)
@@ -155,9 +156,11 @@ def _tip_in_s(model: Model, segments: list[Segment], motion: Motion) -> float:
     return max(float(above / speed), 0.0) if speed > 0.0 else math.inf
 
 
-def _fraction(totals: RunTotals, contact: ContactState, settings: Settings) -> tuple[float, str]:
-    doing = "in flight" if contact.normal_mode == FLIGHT else "in contact"
-    label = f"{doing}, t = {totals.time:.4g} s"
-    if settings.end_time is not None:
-        return totals.time / settings.end_time, label
-    return totals.taps / settings.taps, label
+def _fraction(model: Model, last: Segment) -> tuple[float, str]:
+    doing = "in flight" if last.contact.normal_mode == FLIGHT else "in contact"
+    time, end = last.totals.time, model.settings.end_time
+    label = f"{doing}, t = {time:.4g} s"
+    if end is None:
+        return last.totals.taps / model.settings.taps, label
+    # a run that starts at its end, or after it, is done
+    return (time - model.start_s) / (end - model.start_s) if end > model.start_s else 1.0, label

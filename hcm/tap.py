@@ -132,8 +132,11 @@ def nearest(ends: Iterable[OtherEnd]) -> tuple[OtherEnd, ...]:
 
 
 def ends_undecided(tap: Tap, over_s: Iterable[float]) -> tuple[str, ...]:
-    """Caution about a tap whose run ended before the rule found it over, at one of `over_s`, s."""
-    if any(at >= tap[1] for at in over_s):
+    """Caution about a tap that ended, if its run did before the rule found it over.
+
+    over_s : times at which taps were found to be over, s.
+    """
+    if tap[1] == math.inf or any(at >= tap[1] for at in over_s):
         return ()
     return (
         "solver.hcm.end_time comes before the first tap is known to be over: a touch that soon"

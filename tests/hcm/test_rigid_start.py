@@ -92,3 +92,17 @@ def test_a_single_phalanx_has_no_hinge_below_its_line() -> None:
     settings = hcm.Settings(flight="rigid", end_time=1e-3, frame_times=(5e-4,))
     run = hcm.simulate(finger(SOFT, 1), hcm.Surface(0.03, 0.5), SOFT_TIP, settings=settings)
     assert not run.frames[0].is_concave
+
+
+def test_progress_counts_from_the_start() -> None:
+    fractions = list[float]()
+    settings = hcm.Settings(
+        end_time=100.005, flight_step=1e-6, flight_tolerance=0.0, estimate=False
+    )
+    start = hcm.RigidStart((0.1,), (0.0,), 100.0)
+    hcm.simulate(
+        finger(SOFT, 1), hcm.Surface(0.03, 0.5), SOFT_TIP, settings=settings, start=start,
+        progress=lambda part, _: fractions.append(part),
+    )  # fmt: skip
+    assert fractions[-1] == pytest.approx(1.0)
+    assert 0.0 < fractions[0] < 0.999  # 100/100.005 is more

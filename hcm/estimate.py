@@ -20,6 +20,7 @@ from hcm.companion import (
     STEP_RATIO,
     TIGHTER,
     companion_finger,
+    companion_flight,
     first_tap,
     folded,
     grazes,
@@ -32,6 +33,7 @@ from hcm.fall import bending_wave_stress, omitted_time
 from hcm.flight_band import flight_band, touch_band
 from hcm.model import Scene
 from hcm.parameters import GAUSS, Settings
+from hcm.resolution import CAUTION_ERROR
 from hcm.result import Errors, Status, Summary, TapResult
 from hcm.summary import vertex
 from hcm.workload import most_steps
@@ -42,8 +44,6 @@ LEFT_OUT_OVER = 8.0
 # The peak's time is the vertex of a parabola through three rows: known to this share of a step
 # (0.3 measured where 23 steps make a tap).
 VERTEX_SHARE = 0.25
-# Relative error beyond which a run carries a caution, and a folded or grazing one is unrepeatable.
-CAUTION_ERROR = 0.01
 
 TITLES = {
     "contact_time_s": "time of contact",
@@ -278,6 +278,8 @@ def estimate_errors(
     finger, settings = scene.finger, scene.settings
     half, most = companion_finger(finger), most_steps(finger)
     coarse = rescaled_settings(settings, own, STEP_RATIO, min(most, most_steps(half)))
+    if settings.flight_elements:
+        coarse = replace(coarse, flight_elements=companion_flight(settings, half))
     steady = undamped_settings(coarse, own)
     taps = max(tap_peaks(own).size, 1)
     # equal steps may be too long for some part of a flight, whose energy then grows

@@ -28,7 +28,7 @@ from hcm.integrators.step import AnyIntegrator, loss_of_step, with_coefficients
 from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
 from hcm.integrators.workspace import trapezoidal
 from hcm.record import Record, fill_frames, write_row
-from hcm.state import Motion, RunTotals, StepLimits, advance_totals
+from hcm.state import LAST_STEP, Motion, RunTotals, StepLimits, advance_totals
 
 # Why the loop returned.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 0, 1, 2, 3, 4, 5
@@ -37,8 +37,6 @@ LOSES_HOLD = 6
 # that the loop always moves on; chatter is then resolved to the step only. A tip that sticks is
 # allowed one event more: held for a whole step it may transmit far more than mu F_n.
 INSTANT_EVENTS = 8
-# Share of the time: a smaller remainder before an end time is not stepped.
-LAST_STEP = 1e-12
 
 
 @kernel

@@ -25,7 +25,8 @@ from hcm.result import Event, History, Status, Summary
 # event cuts short, as another law begins (refined, with restitution: by 0.2 to 2 %), and h^2 |F''|
 # would contain the jump times twice the ratio of the steps, which has no bound.
 LONGER = 2.0
-# Errors of the time scale beyond which a run carries a caution, and beyond which it is rejected.
+# Errors beyond which a run carries a caution (of the time scale here, of any number in
+# `hcm.estimate`), and beyond which its time scale has it rejected.
 CAUTION_ERROR, LARGEST_TIME_ERROR = 0.01, 0.1
 # Steps of a phase whose error is `CAUTION_ERROR`.
 LEAST_PHASE_STEPS = math.pi / math.sqrt(12 * CAUTION_ERROR)

@@ -139,7 +139,9 @@ def _result(
     history = history_of(rows, np.concatenate([s.reactions for s in segments]))
     taps = taps_of(events, None if model.tap_ends is None else over_s)
     residual = last.imbalance_J / max(last.kinetic_J, model.roundoff_J)
-    summary = summarize(history, events, taps, residual, rows_between(settings))
+    summary = summarize(
+        history, events, taps, residual, rows_between(settings), scene.tip.restitution
+    )
     doubt = ""
     cautions: tuple[str, ...] = ()
     relaxes = scene.assumptions.has("hertz") and scene.finger.phalanges[-1].relaxation_time > 0

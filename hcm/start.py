@@ -116,11 +116,14 @@ def start_in_flight(model: Model, step: float) -> BeamStart:
     return BeamStart(motion, segment, Status.COMPLETED if solved else Status.NEWTON_FAILED)
 
 
-def enter_piece(model: Model, motion: Motion, contact: ContactState, time_s: float) -> None:
-    """Go on after a kink of the drive, where the rate of q.. jumps, and q.. itself may jump."""
+def enter_piece(model: Model, motion: Motion, contact: ContactState, time_s: float) -> bool:
+    """Go on after a kink of the drive, where the rate of q.. jumps, and q.. itself may jump.
+
+    Returns whether q.. could be found.
+    """
     set_drive(time_s, piece_at(model.drive, time_s), motion.drive)
     motion.jerk[:] = 0.0
-    initial_acceleration(motion, contact, model.generalized_alpha)
+    return bool(initial_acceleration(motion, contact, model.generalized_alpha))
 
 
 def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamStart:

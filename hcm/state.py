@@ -12,6 +12,9 @@ from hcm.compiled import entry, kernel
 from hcm.contact.contract import Law, contact_force, contact_position, hysteresis_loss
 from hcm.contact.law import ContactState
 
+# Share of the time: a smaller remainder before an end time is not stepped.
+LAST_STEP = 1e-12
+
 
 class Motion(NamedTuple):
     """State of the integrators: q, v, bordered acceleration (q.., lam) and a, each (n,).

@@ -12,7 +12,7 @@ from hcm.parameters import GAUSS, Settings
 from hcm.record import Segment, empty_record, next_segment
 from hcm.result import OtherEnd, Status
 from hcm.start import BeamStart, enter_piece
-from hcm.state import Motion, RunTotals, StepLimits, empty_motion
+from hcm.state import LAST_STEP, Motion, RunTotals, StepLimits, empty_motion
 from hcm.tap import next_touch_s, taps_of
 
 Progress = Callable[[float, str], None]
@@ -96,8 +96,8 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
             tapped = last.totals.taps >= limits.taps if limits.taps else state.normal_mode != FLIGHT
             kink = code == loop.DONE and over < until.end_time and not tapped
             if kink:
-                enter_piece(model, motion, last.contact, last.totals.time)
-                code = loop.RUNNING
+                entered = enter_piece(model, motion, last.contact, last.totals.time)
+                code = loop.RUNNING if entered else loop.NEWTON_FAILED
             status = _STATUS.get(code, Status.COMPLETED)
             # a NaN compares false: it counts as unbalanced
             allowed = LARGEST_RESIDUAL * last.kinetic_J + model.roundoff_J
@@ -125,13 +125,13 @@ def _further(
     over_s : gets the time when a tap is over. other_ends : gets the near ends of the first tap.
     """
     rule, totals = model.tap_ends, segments[-1].totals
-    if rule is None or model.limits.end_time - totals.time <= loop.LAST_STEP * totals.time:
+    if rule is None or model.limits.end_time - totals.time <= LAST_STEP * totals.time:
         return None
     taps = taps_of((event for s in segments for event in s.events), over_s)
     tap, check_s = taps[-1], math.inf
     if tap[1] < math.inf:
         check_s = rule.first_check_s(tap)
-        if check_s - totals.time <= loop.LAST_STEP * totals.time:
+        if check_s - totals.time <= LAST_STEP * totals.time:
             law = model.generalized_alpha.law
             touch = next_touch_s(motion.q, motion.v, model.chain, law.height)
             if len(taps) == 1:

@@ -79,11 +79,13 @@ def summarize(
     taps: Sequence[tuple[float, float]],
     energy_residual: float,
     stages: int = 0,
+    restitution: float = 1.0,
 ) -> Summary:
     """Reduce a run to the scalars of its first tap, and the run's energy residual.
 
     taps : first touch and last separation of each (`tap.taps_of`). stages : in each step in
     contact, with a row each; the largest F_n is then most often at v_n = 0, a located event.
+    restitution : e*; below 1 F_n has a kink there.
     """
     if not taps:
         return Summary(
@@ -98,7 +100,7 @@ def summarize(
     )
     # of a tip that relaxes F_n is largest before v_n = 0
     turns = {e.time_s for e in events if e.kind == "compression_to_restitution"}
-    if stages and float(time[largest_fn]) in turns:
+    if (stages or restitution < 1.0) and float(time[largest_fn]) in turns:
         peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
     else:
         peak_time, peak = vertex(time, fn, first, end, largest_fn)

@@ -24,7 +24,8 @@ def summarize(
 ) -> Summary:
     """Scalars of the first tap, added to those of the run in `blank`.
 
-    - contact time: where the lowest node's gap crosses zero, linear between two steps
+    - contact time: where the lowest node's gap crosses zero, linear between two steps (an impulse
+      acts up to a step earlier; a peak then is no earlier than the touch)
     - end: the last step with F_n > 0 of the first tap (`separation_s`; the lumped law's lies
       between two steps); None while it lasts: the duration is then None and the other scalars cover
       the record so far
@@ -59,7 +60,7 @@ def summarize(
         contact_time_s=contact_time,
         tip_velocity_at_contact_m_per_s=tip_velocity,
         peak_normal_force_N=peak,
-        peak_normal_force_time_s=float(time[top]) - contact_time,
+        peak_normal_force_time_s=max(float(time[top]) - contact_time, 0.0),
         first_peak_normal_force_N=float(normal[turns[0]]) if turns else None,
         peak_tangential_force_N=float(tangential[np.argmax(np.abs(tangential))]),
         contact_duration_s=None if separation_s is None else separation_s - contact_time,

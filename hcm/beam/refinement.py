@@ -34,6 +34,8 @@ from hcm.parameters import Drive, Finger, Phalanx, Surface
 # Gauss points on [0, 1]: exact for the mass of a half-ball's elements, of degree 10.
 _GAUSS = np.polynomial.legendre.leggauss(6)
 POINTS, WEIGHTS = 0.5 * (1.0 + _GAUSS[0]), 0.5 * _GAUSS[1]
+# Share of an element that is a rounding: there is no part of it to integrate over.
+SLIVER = 1e-9
 
 
 def beams_of(finger: Finger, assumptions: Assumptions) -> Finger:
@@ -96,6 +98,18 @@ def pieces(finger: Finger, assumptions: Assumptions) -> list[tuple[Phalanx, floa
     return found
 
 
+def quadrature(begin: float, length: float, round_from: float) -> tuple[Floats, Floats]:
+    """Points on [0, 1] and weights for integrals over `length` from `begin` on, m; those of two
+    parts if the half-ball begins in between.
+    """
+    share = (round_from - begin) / length
+    if not SLIVER < share < 1.0 - SLIVER:
+        return POINTS, WEIGHTS
+    rest = 1.0 - share
+    points = np.concatenate([share * POINTS, share + rest * POINTS])
+    return points, np.concatenate([share * WEIGHTS, rest * WEIGHTS])
+
+
 def moments(finger: Finger, assumptions: Assumptions) -> Floats:
     """(3, P): mass of each phalanx, kg, and its moments about its hinge over m L and m L^2, L the
     length of its beam.
@@ -105,11 +119,8 @@ def moments(finger: Finger, assumptions: Assumptions) -> Floats:
         return np.array([whole, [0.5] * len(whole), [1 / 3] * len(whole)])
     out = np.empty((3, len(finger.phalanges)))
     for w, (p, length, round_from) in enumerate(pieces(finger, assumptions)):
-        # only the round end's mass differs from a cylinder's
-        middle = p.length - p.diameter / 2 if round_from < np.inf else p.length
-        spans = [(0.0, middle), (middle, p.length - middle)]
-        s = np.concatenate([start + span * POINTS for start, span in spans])
-        ds = np.concatenate([span * WEIGHTS for _, span in spans])
+        points, weights = quadrature(0.0, p.length, round_from)
+        s, ds = points * p.length, weights * p.length
         line, turning = inertia(p, s, round_from, assumptions.has("rotary_inertia"))
         mass = float(line @ ds)
         out[:, w] = mass, line * s @ ds / (mass * length), 0.0
@@ -143,14 +154,15 @@ def refine_chain(chain: Chain, finger: Finger, drive: Drive, assumptions: Assump
             [[12, 6, -12, 6], [6, near, -6, far], [-12, -6, 12, -6], [6, far, -6, near]]
         )  # fmt: skip
         stiffness = p.youngs_modulus * p.second_moment / (el**3 * (1 + phi)) * matrix
-        axis, turn = np.array(shapes.py_func(POINTS, el, phi))
         for i in range(p.elements):
-            line, turning = inertia(p, el * (i + POINTS), round_from, rotary)
+            points, weights = quadrature(el * i, el, round_from)
+            axis, turn = np.array(shapes.py_func(points, el, phi))
+            line, turning = inertia(p, el * (i + points), round_from, rotary)
             bending[e] = unit[:, None] * stiffness * unit
-            mass[e] = (axis * (line * WEIGHTS * el)) @ axis.T
-            mass[e] += (turn * (turning * WEIGHTS * el)) @ turn.T
+            mass[e] = (axis * (line * weights * el)) @ axis.T
+            mass[e] += (turn * (turning * weights * el)) @ turn.T
             own = slice(chain.first[e], chain.first[e] + 8)
-            weight[own] += np.outer(axis @ (line * WEIGHTS) * el, f).ravel()
+            weight[own] += np.outer(axis @ (line * weights) * el, f).ravel()
             e += 1
         if length < p.length:
             s, ds = (p.length - length) * POINTS, (p.length - length) * WEIGHTS

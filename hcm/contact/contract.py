@@ -13,6 +13,7 @@ from hcm.contact.round_tip_law import RoundTipLaw
 
 Law = ContactLaw | RoundTipLaw
 
+sticks_first = by_type(RoundTipLaw, round_tip_law.sticks_first, law.sticks_first)
 contact_force = by_type(RoundTipLaw, round_tip_law.contact_force, law.contact_force)
 normal_slope = by_type(RoundTipLaw, round_tip_law.normal_slope, law.normal_slope)
 particle_position = by_type(RoundTipLaw, round_tip_law.particle_position, law.particle_position)

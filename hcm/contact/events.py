@@ -23,6 +23,7 @@ from hcm.contact.contract import (
     margins,
     particle_position,
     particle_velocity,
+    sticks_first,
 )
 from hcm.contact.law import (
     COMPRESSION,
@@ -90,8 +91,7 @@ def transition(
         # tolerance only, and F_n would start with k times that difference
         if not has_tangential_element(law):
             return ContactState(COMPRESSION, FREE, 0.0, 0.0, gap, x), TOUCH
-        # eq. 21: initial stick inside the cone |V_t/V_n| < mu eta^2
-        if abs(vt) * law.tangential_ratio < law.mu * abs(vn):
+        if sticks_first(vt, vn, law):
             return ContactState(COMPRESSION, STICK, 0.0, 0.0, gap, x), TOUCH
         sign = math.copysign(1.0, vt)
         return ContactState(COMPRESSION, SLIP, sign, 0.0, gap, x), TOUCH

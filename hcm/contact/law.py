@@ -85,6 +85,12 @@ def has_tangential_element(law: ContactLaw) -> bool:
 
 
 @kernel
+def sticks_first(vt: float, vn: float, law: ContactLaw) -> bool:
+    """Whether a touch at these velocities, m/s, begins in stick: |V_t/V_n| < mu eta^2, eq. 21."""
+    return abs(vt) * law.tangential_ratio < law.mu * abs(vn)
+
+
+@kernel
 def contact_force(
     x: float, gap: float, contact: ContactState, law: ContactLaw
 ) -> tuple[float, float]:

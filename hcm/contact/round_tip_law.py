@@ -177,6 +177,16 @@ def force_and_slopes(
 
 
 @kernel
+def sticks_first(vt: float, vn: float, law: RoundTipLaw) -> bool:
+    """Whether a touch at these velocities, m/s, begins in stick: by eq. 21, but a single tangential
+    spring beside Hertz's force slips, as F_t/F_n ~ d^(-1/2).
+    """
+    if law.hertz and law.springs.size == 0:
+        return vt == 0.0
+    return abs(vt) * law.tangential_ratio < law.mu * abs(vn)
+
+
+@kernel
 def contact_force(
     x: float, gap: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:

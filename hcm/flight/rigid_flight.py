@@ -24,7 +24,7 @@ from hcm.integrators.event_search import (
     zero_of_cubic,
 )
 from hcm.integrators.step_size import REPEATS, SHRINK
-from hcm.state import StepLimits
+from hcm.state import LAST_STEP, StepLimits
 
 # How a flight, or a call of `take_steps`, ended; BLOCKED: the body reached the surface first.
 TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4
@@ -202,7 +202,7 @@ def take_steps(
     write_row(time, state, stages, rows[0])
     for row in range(rows.shape[0] - 1):
         remaining = end - time
-        if remaining <= 1e-12 * time:
+        if remaining <= LAST_STEP * time:
             return row, ENDED, repeats, trials, h
         fastest = 0.0
         for i in range(n):

@@ -10,6 +10,8 @@ stable at any step (Hairer, Lubich and Wanner 2006, sections II.1.3, IV.2.1, VI.
 The stages are solved for by Newton's iteration (`gauss_systems`).
 """
 
+import sys
+
 import numpy as np
 
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
@@ -44,6 +46,10 @@ from hcm.integrators.newton import (
     largest_size,
 )
 from hcm.state import Motion
+
+# Roundings of a place on the finger by which a stalled iteration may still move a stage: 1e-14 of
+# the finger's length, and far more than an iteration's noise in a long step.
+ROUNDINGS = 100.0 * sys.float_info.epsilon
 
 
 @kernel
@@ -128,7 +134,8 @@ def step(
     """Advance `old` by h into `new`. Returns whether the iteration converged.
 
     It stops, and keeps or drops its factors, as generalized-alpha's does; the largest change of B
-    is compared with the largest B after the first change.
+    is compared with the largest B after the first change. In a step that is long for the stiffest
+    modes an acceleration's round-off would move a stage far: h^2 B is the smaller one's.
     """
     co, chain, work = integrator.co, integrator.chain, integrator.work
     table, gauss = integrator.tableau, integrator.gauss
@@ -138,7 +145,10 @@ def step(
             gauss.stage[i, m] = old.a[m]
     combine(table.a_squared, gauss.stage, gauss.unknown)
     set_torques(old.drive, 0.5 * h, chain.torque)
-    largest = 0.0
+    reach, largest = 0.0, 0.0
+    for e in range(chain.length.size):
+        reach += chain.length[e]
+    roundoff = min(chain.roundoff, ROUNDINGS * reach / (h * h))
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for iteration in range(ITERATIONS):
         if not co.reuse:
@@ -175,7 +185,7 @@ def step(
                 largest = max(largest, largest_in_units(gauss.unknown[i], chain.scale))
         close_hinges(chain, gauss.unknown)
         done, slow = converged(
-            change, previous, largest, fast or work.cost[1] > factorizations, chain.roundoff,
+            change, previous, largest, fast or work.cost[1] > factorizations, roundoff,
             co.tolerance, gauss.kept,
         )  # fmt: skip
         if done:

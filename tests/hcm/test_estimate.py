@@ -1,12 +1,14 @@
 """Stated errors cover the true ones, and cost nothing where they are not asked for."""
 
 from dataclasses import fields, replace
+from types import SimpleNamespace
 from typing import Literal
 
 import numpy as np
 import pytest
 
 import hcm
+from hcm.companion import grazes
 from hcm.estimate import (
     TITLES,
     between_rows,
@@ -74,6 +76,33 @@ def test_stated_errors_cover_the_true_ones(name: str) -> None:
         assert np.abs(wrong).max() <= 2.0 * np.max(error), key
     assert doubtful in "".join(result.cautions)
     assert bool(doubtful) == bool(result.cautions)
+
+
+@pytest.mark.parametrize("few", [1, 2])
+def test_few_elements_in_flight_have_their_error_stated(few: int) -> None:
+    """The companion flies on another number of them; on the same it stated a fifth of the error."""
+    how = hcm.Settings(flight_integrator="gauss", flight_step=1e-3, flight_elements=few)
+    scene = finger(SOFT, youngs_modulus=1e7, elements=10), SURFACE, SOFT_TIP, TORQUES
+    found, whole = (hcm.simulate(*scene, s) for s in (how, replace(how, flight_elements=0)))
+    late = abs(found.summary.contact_time_s - whole.summary.contact_time_s)
+    assert late > 1e-6
+    assert found.errors["contact_time_s"] > late
+
+
+def test_a_whole_tap_grazes_where_it_ends() -> None:
+    """It goes on after its other separations, however slowly its tip moves there."""
+    history = SimpleNamespace(
+        time_s=np.arange(5.0),
+        tip_velocity_m_per_s=np.array([[0, -1.0], [0, 0.001], [0, -0.1], [0, 0.5], [0, 0.5]]),
+        normal_force_N=np.zeros(5),
+    )
+    events = [hcm.Event(t, kind) for t, kind in enumerate(["contact", "separation"] * 2)]
+    for lasts, wanted in ((3.0, False), (1.0, True)):
+        run = SimpleNamespace(history=history, events=events, summary=SimpleNamespace(
+            contact_time_s=0.0, contact_duration_s=lasts, peak_normal_force_N=1.0,
+            tip_velocity_at_contact_m_per_s=(0.0, -1.0),
+        ))  # fmt: skip
+        assert grazes(run) is wanted
 
 
 def test_a_run_without_an_estimate_is_the_same_run() -> None:

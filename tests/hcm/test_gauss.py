@@ -217,6 +217,21 @@ def test_whole_tap_to_five_digits(flight_step: float, reuse: bool) -> None:
     assert [e.kind for e in result.events][::2] == ["contact", "separation"]
 
 
+@pytest.mark.parametrize("reuse", [True, False])
+def test_a_stiff_finger_falls_as_rods_do(reuse: bool) -> None:
+    """In steps of 9 ms, a million periods of its stiffest modes: the round-off of a place over h^2
+    is far below that of an acceleration, at which the iteration would stop 1e-5 s off.
+    """
+    body = finger(SOFT, youngs_modulus=1e13, elements=4)
+    long = {"flight_integrator": "gauss", "flight_step": 9e-3, "flight_tolerance": 0.0}
+    found, rods = (
+        hcm.simulate(body, SURFACE, SOFT_TIP, settings=hcm.Settings(estimate=False, **how))
+        for how in ({**long, "reuse_factors": reuse}, {"flight": "rigid", "flight_tolerance": 1e-9})
+    )
+    assert found.status is hcm.Status.COMPLETED
+    assert found.summary.contact_time_s == pytest.approx(rods.summary.contact_time_s, rel=1e-6)
+
+
 def test_tolerance_shortens_the_steps_and_buys_accuracy() -> None:
     """A vibration below the tolerance reaches the contact in any phase.
 

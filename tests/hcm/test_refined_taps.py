@@ -9,6 +9,7 @@ import pytest
 import hcm
 from hcm.assumptions import Assumptions
 from hcm.contact.build import beyond_checks
+from hcm.contact.law import SLIP
 from hcm.tap import slow_end
 from tests.hcm.cases import order_of
 
@@ -114,6 +115,17 @@ def test_each_assumption_may_be_left_out(left_out: str) -> None:
     result = tap(assumptions=Assumptions("refined", **{left_out: False}), friction=0.9)
     assert result.status is hcm.Status.COMPLETED
     assert result.summary.energy_residual < 1e-3
+
+
+@pytest.mark.parametrize("friction", [0.5, 5.0])
+def test_one_spring_beside_hertz_slips_first(friction: float) -> None:
+    """F_t = k_t u grows with the time since the touch, F_n with its power 3/2."""
+    result = tap(assumptions=Assumptions(hertz=True), friction=friction)
+    history, touch = result.history, result.summary.contact_time_s
+    assert touch is not None
+    first = history.mode[history.time_s.searchsorted(touch, side="right")]
+    assert first % 3 == SLIP
+    assert [e.kind for e in result.events][:2] != ["contact", "stick_to_slip"]
 
 
 def test_all_of_them_switched_off_are_the_papers_to_the_bit() -> None:

@@ -82,9 +82,8 @@ def test_the_whole_phalanx_has_a_cylinders_and_a_half_balls_moments() -> None:
 
 @pytest.mark.parametrize("chosen", itertools.product([False, True], repeat=len(MASSES)))
 def test_beams_that_move_rigidly_are_the_rods(chosen: tuple[bool, ...]) -> None:
-    """Same kinetic energy and weight in flight and in contact, whatever is switched on.
-
-    A half-ball that begins within an element is integrated across its kink: 1e-5.
+    """Same kinetic energy and weight in flight and in contact, whatever is switched on, and
+    wherever in an element a half-ball begins.
     """
     assumptions = Assumptions(**dict(zip(MASSES, chosen, strict=True)))
     body = hcm.Finger((phalanx(), phalanx(5)))
@@ -100,10 +99,10 @@ def test_beams_that_move_rigidly_are_the_rods(chosen: tuple[bool, ...]) -> None:
     speed, arm = lengths[0] * 2.0, first[1] * mass[1] * lengths[1]
     wanted = 0.5 * second[0] * mass[0] * speed**2 + 0.5 * mass[1] * speed**2
     wanted += 0.5 * second[1] * mass[1] * lengths[1] ** 2 * 25.0 + arm * 5.0 * speed * np.cos(0.4)
-    assert kinetic == pytest.approx(wanted, rel=1e-5 if chosen[1] and not chosen[2] else 1e-12)
+    assert kinetic == pytest.approx(wanted, rel=1e-12)
     assert abs(strain) < 1e-15 * E * AREA * L
     fall = -9.8 * (first[0] * mass[0] + mass[1]) * lengths[0] * np.sin(0.3)
-    assert gravity == pytest.approx(fall - 9.8 * arm * np.sin(0.7), rel=1e-5)
+    assert gravity == pytest.approx(fall - 9.8 * arm * np.sin(0.7), rel=1e-12)
     for e in range(chain.first.size):
         assert np.linalg.eigvalsh(chain.mass[e]).min() > 0
         assert np.linalg.eigvalsh(keeps_time.mass[e]).min() > 0

@@ -45,6 +45,17 @@ def half_sine(start: float, size: float = 1.0) -> Array:
     return np.where((since > 0.0) & (since < 1.0), size * np.sin(np.pi * since), 0.0)
 
 
+def test_a_peak_is_not_earlier_than_the_touch() -> None:
+    """An impulse acts in the step before its node is at the surface: a peak may be that one."""
+    time = np.array([0.0, 1e-6, 2e-6])
+    forces = ForceRecord(time, np.array([0.0, 9.0, 0.0]), np.zeros(3), np.array([2e-9, 1e-9, 1.0]))
+    samples: Any = SimpleNamespace(time_s=time, stress_R_Pa=np.zeros(3))
+    blank = Summary(wall_time_s=0.0, steps=0, elements=0, time_step_s=STEP)
+    summary = summarize(forces, samples, 0.0, None, 2e-6, blank)
+    assert summary.contact_time_s == pytest.approx(2e-6)
+    assert summary.peak_normal_force_time_s == 0.0
+
+
 @pytest.mark.parametrize(
     ("gap", "next_touch", "faint", "open_"),
     [

@@ -49,9 +49,10 @@ class _Search:
 
     @property
     def kept(self) -> int:
-        """Number of the finest completed run, or of the only one."""
-        unknown = self.runs[-1].record.accuracy["expected"] is None
-        return max(0, len(self.runs) - (2 if unknown else 1))
+        """Number of the finest completed run, or of the only one, or of the interrupted one."""
+        last = self.runs[-1].record
+        failed = last.status != "INTERRUPTED" and last.accuracy["expected"] is None
+        return max(0, len(self.runs) - (2 if failed else 1))
 
 
 def solved_within(
@@ -63,9 +64,10 @@ def solved_within(
     takes long; on a mesh file, or without estimates, the scene is solved once.
 
     Each run is compared with the one before, and the time is that of all. The search ends where a
-    further mesh is refused or its run does not complete; the finest completed run is kept. Its
-    errors are raised where a coarser run lies outside both stated errors (`_overlapping`). Doubts
-    about the tap's end (`reference_fem.other_ends`) are no reason for another mesh.
+    further mesh is refused or its run does not complete; the finest completed run is kept, or the
+    interrupted one. Its errors are raised where a coarser run lies outside both stated errors
+    (`_overlapping`). Doubts about the tap's end (`reference_fem.other_ends`) are no reason for
+    another mesh.
     """
     wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
     if wanted is None:
@@ -90,8 +92,6 @@ def solved_within(
         flight = []
         run = attempt(first)
     search = _Search([run], [first]) if once else _refined(attempt, run, first, wanted)
-    if len(search.runs) > 1 and search.runs[-1].record.status == "INTERRUPTED":
-        return search.runs[-1]
     kept = search.runs[search.kept]
     time = sum(run.record.summary["wall_time_s"] for run in search.runs)
     record = kept.record.with_summary(wall_time_s=time)

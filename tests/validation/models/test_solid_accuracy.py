@@ -248,6 +248,29 @@ def test_a_solid_that_expects_more_is_solved_again(
     assert (record.ok, record.message) == (True, caution)
 
 
+def test_an_interrupted_search_says_what_was_asked_and_spent(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The interrupted run is returned, with the scene, accuracy, flight and time of the search."""
+    monkeypatch.setattr(solid_accuracy, "rod_flight", lambda *_: (0.006, 0.1))
+    flown = {"setting": "flight", "value": "coarse", "reason": "stated"}
+    runs = [completed(0.0048, None, None), completed(0.007, 0.02, 0.02)]
+
+    def solver(scene: NamedScene) -> Outcome:
+        run = runs.pop()
+        held = {**run.record.accuracy, "choices": [flown]}
+        stopped = "COMPLETED" if runs else "INTERRUPTED"
+        return replace(run, record=replace(run.record, accuracy=held, status=stopped, ok=False))
+
+    record = solved_within(solver, load_scene("soft", ["solver.accuracy=0.01"]), 3).record
+    assert record.status == "INTERRUPTED"
+    assert record.accuracy["wanted"] == 0.01
+    assert record.summary["wall_time_s"] == 2.0
+    assert "accuracy = 0.01\n" in record.provenance["scene_toml"]
+    flight, _ = record.accuracy["choices"]
+    assert "leaves out" in flight["reason"]
+
+
 def test_a_finer_mesh_that_is_refused_is_told() -> None:
     """The remedy that a run names, a finer mesh, is none then."""
     once = [completed(0.007, 0.02, 0.02)]

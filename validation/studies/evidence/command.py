@@ -67,9 +67,11 @@ def evidence(*, quick: Flag = False, out: Path = Path("out"), fresh: Fresh = Fal
         store = Store(out / "store", fresh)
         shown = [look(piece, quick, store, progress) for piece in PIECES]
         stored = Store(out / "store")
-        report.draw_forces(folder / "taps.png", stored)
-        for name in report.FIELDS_OF:
-            report.draw_field(folder / f"{name}.png", taps.TAPS[name], stored)
+        names = {one.piece.name for one in shown if one.rows}
+        solved = {name: tap for name, tap in taps.TAPS.items() if name in names}
+        report.draw_forces(folder / "taps.png", solved.values(), stored)
+        for name in solved.keys() & report.FIELDS_OF:
+            report.draw_field(folder / f"{name}.png", solved[name], stored)
         report.write_evidence(folder, shown)
     for one in shown:
         output(f"{one.piece.level}: {one.piece.title} {one.why}")

@@ -5,7 +5,7 @@ Figures are narrow, one column of panels, so that a telephone shows them as larg
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -19,7 +19,7 @@ from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits
 from validation.studies.evidence.rows import LEVELS, EvidenceRow, Piece
-from validation.studies.evidence.taps import TAPS, SpringTap, calculix_tap, reference_tap, title
+from validation.studies.evidence.taps import SpringTap, calculix_tap, reference_tap, title
 
 WIDTH, LINE = 3.5, 0.42  # width of the figures, height of a piece in the hierarchy's, inches
 HEADING = 0.6  # height of a level's name over a piece's line
@@ -27,7 +27,7 @@ SMALLEST = 1e-3  # percent; below it the figure's axis is linear
 SAID = {"within uncertainty": "agrees", "resolved": "differs", "cannot tell": "cannot tell"}
 COLORS = {"agrees": GREEN, "differs": ORANGE, "cannot tell": GREY}
 BY_ELEMENT = {"C3D8": ORANGE, "C3D8I": GREEN}
-FIELDS_OF = ("tap-soft", "tap-hard")
+FIELDS_OF = {"tap-soft", "tap-hard"}
 REACH_MM = 7.0  # of the field that is shown, from the lowest point
 LIMIT = 99.0  # percentile of the stresses at which colours end
 COLUMNS = (
@@ -106,19 +106,21 @@ def draw_hierarchy(path: Path, shown: Sequence[Shown]) -> None:
         axis.figure.legend(loc="outside upper left", ncols=3)
 
 
-def draw_forces(path: Path, store: Store) -> None:
-    """Draw the forces of all taps, a panel each, with both of CalculiX's elements."""
-    groups = [list(taps) for _, taps in groupby(TAPS.values(), lambda tap: tap.ours)]
+def draw_forces(path: Path, taps: Iterable[SpringTap], store: Store) -> None:
+    """Draw the forces of the taps, a panel for each of ours, with both of CalculiX's elements."""
+    groups = [list(alike) for _, alike in groupby(taps, lambda tap: tap.ours)]
+    if not groups:
+        return
     with panels(path, 1, len(groups), width=WIDTH, height=2.3) as axes:
-        for (axis,), taps in zip(axes, groups, strict=True):
-            own = reference_tap(taps[0], store)
+        for (axis,), alike in zip(axes, groups, strict=True):
+            own = reference_tap(alike[0], store)
             axis.plot(1e6 * np.array(own.time_s), own.normal_force_N, color=BLUE, label="fem3d")
-            for tap in taps:
+            for tap in alike:
                 theirs = calculix_tap(tap, store)
                 time, name = 1e6 * np.array(theirs.time_s), f"CalculiX {tap.element}"
                 color = BY_ELEMENT[tap.element]
                 axis.plot(time, theirs.normal_force_N, "--", color=color, label=name)
-            axis.set_title(title(taps[0]).removeprefix("The "), fontsize=8, loc="left")
+            axis.set_title(title(alike[0]).removeprefix("The "), fontsize=8, loc="left")
             axis.set_ylabel("normal force (N)")
             axis.legend()
         axes[-1][0].set_xlabel("time (us)")

@@ -327,6 +327,30 @@ def test_the_page_counts_each_pieces_verdicts_and_puts_remarks_below(tmp_path: P
     assert re.search(r">One</td><td[^>]*>–</td><td[^>]*>3</td>", page)
 
 
+def test_a_tap_that_fails_leaves_the_others_their_figures(
+    tmp_path: Path, monkeypatch: Patch, fingertap: Run
+) -> None:
+    def fail(progress: Progress, store: Store) -> list[EvidenceRow]:
+        raise ArithmeticError("no equilibrium")
+
+    hard = piece(lambda *given: [ROW], name="tap-hard")
+    monkeypatch.setattr(command, "PIECES", [piece(fail, name="tap-soft"), hard])
+    drawn = list[object]()
+    monkeypatch.setattr(
+        report, "draw_forces", lambda path, of, store: drawn.extend(of) or figure(path)
+    )
+    monkeypatch.setattr(
+        report, "draw_field", lambda path, of, store: drawn.append(of) or figure(path)
+    )
+    ended = fingertap("evidence", "--out", tmp_path)
+    assert (ended.code, ended.err) == (0, "")
+    assert drawn == [taps.TAPS["tap-hard"]] * 2
+    page = (tmp_path / "evidence" / "index.html").read_text(encoding="utf-8")
+    assert "failed: no equilibrium" in page
+    assert page.count("of the hard fingertip") == 2  # a caption and its alternative text
+    assert "of the soft fingertip" not in page
+
+
 def test_a_triangles_duration() -> None:
     time, force = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 0.0, 100.0, 0.0, 0.0])
     assert taps.duration(time, force) == pytest.approx(2 * 0.99)
@@ -339,7 +363,7 @@ def test_the_taps_figures_are_drawn(tmp_path: Path, monkeypatch: Patch) -> None:
     theirs = replace(next(iter(taps.kept_taps().values())), von_mises_kPa=(1000, 3000))
     monkeypatch.setattr(report, "calculix_tap", lambda *given: theirs)
     monkeypatch.setattr(report, "reference_tap", lambda *given: own)
-    report.draw_forces(tmp_path / "taps.png", Store(None))
+    report.draw_forces(tmp_path / "taps.png", taps.TAPS.values(), Store(None))
     report.draw_field(tmp_path / "field.png", TAP, Store(None))
     for name in ("taps", "field"):
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000

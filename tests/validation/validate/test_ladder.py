@@ -1,5 +1,6 @@
 """The ladder: the common impact state, its rows, rung 2 on both bodies, the identified contact."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -41,7 +42,7 @@ from validation.validate.ladder.runs import (
     full_contact,
     reduced,
     scene_contact,
-    touching_mesh,
+    touching_meshes,
 )
 from validation.validate.page import ladder_context, table_rows, write_tables
 from validation.validate.plan import Runs, paper_jobs
@@ -127,6 +128,10 @@ def test_uncertainty_is_the_index_or_the_spread(make_record: Make) -> None:
     assert uncertainties([4.0, 2.0, 1.0], zigzag)["peak_normal_force_N"] == pytest.approx(2 / 65)
     pair = uncertainties([2.0, 1.0], runs[1:])
     assert pair["peak_normal_force_N"] == pytest.approx(3 / 65)
+    stated = replace(runs[-1], errors={"peak_normal_force_N": 1.0})
+    for others, known in ((runs[:2], 1.25 / 65), ([stated], 1 / 65)):  # two may agree by chance
+        found = uncertainties([4.0, 2.0, 1.0], [*others, stated])["peak_normal_force_N"]
+        assert found == pytest.approx(known, rel=1e-6)
 
 
 def test_study_of_convergence_is_read_where_it_is_whole(
@@ -321,7 +326,7 @@ def test_meshes_of_rung_three_start_above_the_surface(name: str, mesh: tuple[flo
     scene = load_scene(name)
     impact = impact_of(scene)
     keys, _ = mesh_keys(mesh, 0.015)
-    solid = touching_mesh(load_scene(name, keys), impact)
+    solid, _ = touching_meshes(load_scene(name, keys), impact)
     hinge, angle = -0.08, impact.angles[-1]  # of the last of three phalanges of 40 mm
     height = -0.04 * np.sin(impact.angles[:-1]).sum() + impact.sphere_height_m
     tip = solid.points[np.unique(solid.cells[solid.cell_sets["phalanx_3"]])]

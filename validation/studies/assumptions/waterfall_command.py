@@ -19,6 +19,7 @@ from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits, with_error
+from validation.models import default_accuracy
 from validation.models.variants import cumulative, short_name
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
@@ -51,7 +52,8 @@ def waterfall(
         remove(folder, "waterfall.*")  # an earlier call's, perhaps with other overrides
         with progress_bar(f"waterfall {named.name}") as progress:
             progress(0.0, REFERENCE)
-            job = Job(scene, REFERENCE, tuple(overrides))
+            own = (*default_accuracy(REFERENCE, named.tables), *overrides)
+            job = Job(scene, REFERENCE, own)
             (reference,) = in_fresh_process([job], folder / "runs", store)
             if not reference.ok:
                 raise RunFailedError(f"scene {named.name}, {REFERENCE}: {reference.message}")

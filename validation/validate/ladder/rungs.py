@@ -100,16 +100,20 @@ def compare_runs(
 
 
 def uncertainties(sizes: Sequence[float], records: Sequence[RunRecord]) -> dict[str, float]:
-    """Relative uncertainty of the finest run by key: index or spread (see `convergence`)."""
+    """Relative uncertainty of the finest run by key: index or spread (see `convergence`), and at
+    least the error that it states: two meshes may agree by chance.
+    """
     found = {}
     for entry in COMPARED:
         values = [value for record in records if (value := entry.read(record)) is not None]
         if len(values) != len(records) or not values[-1]:
             continue
+        share = (entry.error(records[-1]) or 0.0) / abs(values[-1])
         if len(values) > 2:
-            found[entry.key] = convergence(sizes, values, ORDER).uncertainty
+            share = max(share, convergence(sizes, values, ORDER).uncertainty)
         elif len(values) > 1:
-            found[entry.key] = abs((values[-1] - values[-2]) / values[-1])
+            share = max(share, abs((values[-1] - values[-2]) / values[-1]))
+        found[entry.key] = share
     return found
 
 

@@ -90,22 +90,25 @@ def lumped_solid(
     return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
 
 
-def touching_mesh(scene: NamedScene, start: Impact | None) -> Any:
-    """The scene's mesh, refined where the tip touches from `start`; None: after its own flight.
+def touching_meshes(scene: NamedScene, start: Impact | None) -> tuple[Any, Any]:
+    """The scene's mesh, refined where the tip touches from `start` (None: after its own flight),
+    and its companion.
 
     On the hard finger these two places are 0.75 mm apart, further than the even patch reaches.
     """
     sizing, _ = solid_mesh.sizing_of(scene.tables, 3)
     if start is not None and sizing is not None:
         sizing = dataclasses.replace(sizing, contact_angle=start.touch_angle)
-    return solid_mesh.build_mesh(scene.tables, 3, sizing)
+    build = solid_mesh.build_mesh, solid_mesh.companion
+    own, companion = (of(scene.tables, 3, sizing) for of in build)
+    return own, companion
 
 
 def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRecord:
     """Run the solid with its own contact."""
     import reference_fem
 
-    mesh = touching_mesh(scene, start)
+    mesh, companion = touching_meshes(scene, start)
     materials, surface, drive, settings = solid_inputs.solid_parts(scene.tables)
     state = solid_inputs.start_of(scene.tables)
     if start is not None:
@@ -113,8 +116,9 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
         state = chain_state(start)
     light = solid_mesh.flight_mesh(scene.tables, 3)
     result = reference_fem.simulate(
-        mesh, materials, surface, drive, settings, start=state, flight_mesh=light
-    )
+        mesh, materials, surface, drive, settings, start=state, flight_mesh=light,
+        companion=companion,
+    )  # fmt: skip
     return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
 
 

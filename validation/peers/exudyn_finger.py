@@ -1,6 +1,6 @@
 """The soft finger in Exudyn (Gerstmayr 2023): ANCFCable2D, generalized-alpha, contact at the tip.
 
-The soft scene slides in +X from first contact to separation, so that its contact is linear in the
+A scene whose tip slides in +X from first contact to separation has a contact that is linear in the
 tip's coordinates while it lasts,
 
     F_n = -k (y + H),    F_t = -mu F_n,
@@ -41,7 +41,7 @@ CONTACT_RELATIVE = 1e-6
 LOCATED_M = 1e-13
 DENSE = 9
 CONTACT_WINDOW_S = 2.5e-4
-ATTEMPTS = 8
+WINDOWS, ATTEMPTS = 100, 8
 
 
 class PeerFailedError(Exception):
@@ -201,26 +201,36 @@ def tap(
     located : see the module.
     until : s, a time shortly before contact.
     adaptive : whether Exudyn may shorten a step that fails.
-    window : s, time after contact in which the tap must end.
+    window : s, time after contact that is solved, again and again until the tap has ended, at most
+        `WINDOWS` times.
     spectral_radius : of Exudyn's generalized-alpha method.
     jacobian_a_step : make a new Jacobian in every step, instead of keeping one while it converges.
 
-    Raises PeerFailedError: Exudyn stopped, or the tap is not complete.
+    Raises PeerFailedError: Exudyn stopped, the tip sticks or turns back, or the tap does not end.
     """
     finger = _Finger(scene, adaptive, spectral_radius, jacobian_a_step)
     contact = finger.fly(flight_step, contact_step, located, until)
     velocity = finger.tip_motion("Velocity")
     finger.touch()
-    steps = round(window / contact_step)
-    finger.advance(contact, steps * contact_step, steps)
-    rows = finger.system.GetSensorStoredData(finger.sensor)
-    rows = rows[-(steps + 1) :]  # those of the contact, with its start
+    steps, rows = round(window / contact_step), np.empty((0, 4))
+    for number in range(WINDOWS):
+        finger.advance(contact + number * steps * contact_step, steps * contact_step, steps)
+        # those of the contact: its start once, though every call stores its own
+        latest = finger.system.GetSensorStoredData(finger.sensor)[-(steps + (number == 0)) :]
+        rows = np.concatenate([rows, latest])
+        force = -scene.tip.normal_stiffness * (rows[:, 2] + scene.surface.height)
+        if _falls(force).size:
+            break
     time = rows[:, 0] - contact
-    force = -scene.tip.normal_stiffness * (rows[:, 2] + scene.surface.height)
     quantities = _quantities(contact, time, force, located)
     tap_rows = time <= quantities.duration_s  # beyond it the linear terms pull the tip back
-    if (np.diff(rows[tap_rows, 1]) < 0.0).any():
-        raise PeerFailedError("the tip turns back while it touches, which this peer cannot model")
+    stretched = scene.surface.friction * force / scene.tip.normal_stiffness  # eta^2 times it
+    particle = scene.tip.tangential_ratio * rows[:, 1] - stretched  # X_P over eta^2
+    if (np.diff(particle[tap_rows]) <= 0.0).any():
+        raise PeerFailedError(
+            f"surface.friction = {scene.surface.friction:g}: the tip sticks or turns back while it"
+            " touches, where this peer has it slide in +X; use --model hcm"
+        )
     ends = contact - contact_step, contact + quantities.duration_s
     return PeerTap(
         quantities,
@@ -231,17 +241,21 @@ def tap(
     )
 
 
+def _falls(force: Any) -> Any:
+    """Rows after which F_n falls through zero; the tap ends at the first."""
+    return np.flatnonzero((force[1:] <= 0) & (force[:-1] > 0))
+
+
 def _quantities(contact: float, time: Any, force: Any, located: bool) -> TapQuantities:
     """Peak by a parabola, separation where F_n falls through zero (unlocated: the step after)."""
-    top = int(np.argmax(force))
-    falls = np.flatnonzero((force[1:] <= 0) & (force[:-1] > 0))
-    falls = falls[falls >= top]
-    if not 0 < top < force.size - 1 or not falls.size:
-        raise PeerFailedError("Exudyn's contact does not end")
+    falls = _falls(force)
+    if not falls.size:
+        raise PeerFailedError(f"Exudyn's contact does not end within {1e3 * time[-1]:.3g} ms")
+    last = int(falls[0])
+    top = max(int(np.argmax(force[: last + 1])), 1)
     step = time[top + 1] - time[top]
     second, first, peak = np.polyfit((time[top - 1 : top + 2] - time[top]) / step,
                                      force[top - 1 : top + 2], 2)  # fmt: skip
-    last = int(falls[0])
     share = force[last] / (force[last] - force[last + 1]) if located else 1.0
     duration = time[last] + share * (time[last + 1] - time[last])
     impulse = np.trapezoid([*force[: last + 1], 0.0], [*time[: last + 1], duration])

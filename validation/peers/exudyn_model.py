@@ -1,7 +1,7 @@
 """Exudyn as a model: this module is its `validation.models.adapter.Adapter` (extra ``bench``).
 
 The finger of `peers.exudyn_finger` falls undriven and slides in +X throughout its tap. Whether a
-scene slides is not known beforehand: a run whose tip turns back fails and says so.
+scene slides is not known beforehand: a run whose tip sticks or turns back fails and says so.
 """
 
 import time
@@ -33,15 +33,16 @@ def refusal(scene: NamedScene) -> str:
     if not installed(name):
         return "exudyn is not installed: pip install 'fingertap[bench]'"
     for key, value, needed in (
-        ("drive.torques", any(map(any, tables.torque_rows)), False),
+        ("drive.torques other than 0", any(map(any, tables.torque_rows)), False),
         ("surface.incline", tables.surface.incline, 0.0),
-        ("start", tables.start_state, None),
+        ("a start other than at rest", tables.start_state, None),
         ("tip.restitution", tables.tip.restitution, 1.0),
-        ("surface.friction > 0", tables.surface.friction > 0.0, True),
+        ("surface.friction = 0", tables.surface.friction > 0.0, True),
     ):
         if value != needed:
             taken = "only undriven, elastic, sliding taps from rest"
-            return f"exudyn takes {taken}: {key}; use --model hcm"
+            given = f"{key} = {value:g}" if isinstance(needed, float) else key
+            return f"exudyn takes {taken}: {given}; use --model hcm"
     return ""
 
 
@@ -64,6 +65,15 @@ def run(
         raise RunFailedError(f"scene {scene.name}, model {name}: {error}") from error
     wall_time = time.perf_counter() - start
     forces = found.normal_force_N, -scene.tables.surface.friction * found.normal_force_N
-    scalars = {"tip_velocity_at_contact_m_per_s": found.tip_velocity_m_per_s, "steps": found.steps}
+    its = found.quantities
+    scalars = {
+        "contact_time_s": its.contact_time_s,
+        "tip_velocity_at_contact_m_per_s": found.tip_velocity_m_per_s,
+        "peak_normal_force_N": its.peak_normal_force_N,
+        "peak_normal_force_time_s": its.turn_s,
+        "contact_duration_s": its.duration_s,
+        "normal_impulse_N_s": its.normal_impulse_N_s,
+        "steps": found.steps,
+    }
     record = record_of(Curves(found.time_s, *forces, scalars), scene, name, wall_time_s=wall_time)
     return Outcome(record)

@@ -43,6 +43,7 @@ class BarProgram:
 
     module : its Python package, also its distribution's name; empty for CalculiX. run_bar raises
     RuntimeError, OSError, ValueError or subprocess.TimeoutExpired where the program fails.
+    most_threads : that it can use. Akantu has more cores by MPI alone, which its wheel lacks.
     """
 
     name: str
@@ -51,6 +52,7 @@ class BarProgram:
     module: str
     elements: tuple[str, ...]
     run_bar: Callable[[Bar, str], BarRun]
+    most_threads: int = sys.maxsize
 
     @property
     def present(self) -> bool:
@@ -68,7 +70,7 @@ PROGRAMS = (
     BarProgram("CalculiX", "GPL-2.0-or-later", "apt-get install calculix-ccx", "",
                ("C3D8", "C3D8R"), calculix_bar.run_bar),
     BarProgram("Akantu", "LGPL-3.0", _EXTRA, "akantu", ("hexahedron_8",),
-               partial(_run_module, "akantu_bar")),
+               partial(_run_module, "akantu_bar"), 1),
     BarProgram("Kratos", "BSD-4-Clause", _EXTRA, "KratosMultiphysics",
                ("SmallDisplacementElement3D8N",), partial(_run_module, "kratos_bar")),
 )  # fmt: skip

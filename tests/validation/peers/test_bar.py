@@ -6,12 +6,14 @@ import subprocess
 import sys
 from dataclasses import replace
 
+import numba
 import pytest
 
 from tests.validation.commands import Patch
 from validation.peers import bar_programs, calculix_bar, own_bar
 from validation.peers.bar import SPEED, STEP_S, WAVE_SPEED, YOUNG, Bar, BarRun, seconds_per_step
 from validation.peers.bar_programs import PROGRAMS, BarProgram
+from validation.studies.bench import bar as bench_bar
 from validation.studies.bench.bar import BarRow, measure_program, table
 
 BAR = Bar((20, 2, 2), 60, 1)
@@ -31,8 +33,7 @@ def test_exact_wave_starts_with_its_velocity_and_returns_after_a_period() -> Non
 
 
 @pytest.mark.parametrize("element", own_bar.POINTS)
-def test_reference_carries_the_wave(element: str, monkeypatch: Patch) -> None:
-    monkeypatch.setattr(own_bar, "BUDGET_S", 0.0)
+def test_reference_carries_the_wave(element: str) -> None:
     ran = own_bar.run_bar(BAR, element)
     assert abs(ran.end_m - BAR.exact_end_m) < GRID_ERROR * AMPLITUDE
     assert ran.seconds_per_step > 0
@@ -86,16 +87,34 @@ def test_a_program_that_dies_is_a_row(monkeypatch: Patch) -> None:
     assert row.status == "failed: no answer"
 
 
-def test_ratios_are_taken_of_the_same_number_of_points() -> None:
-    def row(code: str, points: int, seconds: float) -> BarRow:
+def test_ratios_are_taken_of_the_same_number_of_points_and_threads() -> None:
+    def row(code: str, points: int, seconds: float, threads: int = 1) -> BarRow:
         ran = BarRun(points, seconds, BAR.exact_end_m, STEP_S, 1)
-        return BarRow(code, "1", "", "e", BAR, ran)
+        return BarRow(code, "1", "", "e", replace(BAR, threads=threads), ran)
 
     rows = [row("fingertap", 8, 2.0), row("fingertap", 1, 1.0), row("CalculiX", 1, 30.0)]
+    rows += [row("fingertap", 8, 1.1, 2), row("Kratos", 8, 22.0, 2)]
     found = table([*rows, BarRow("Kratos", "1", "", "e", BAR, None, "failed: x")])
     assert found[2]["hex8_sri_over_it"] == pytest.approx(15)
     assert found[2]["same_points_over_it"] == pytest.approx(30)
-    assert "off_exact" not in found[3]
+    assert found[4]["hex8_sri_over_it"] == found[4]["same_points_over_it"] == pytest.approx(20)
+    assert "off_exact" not in found[5]
+
+
+def test_a_program_of_one_thread_is_compared_with_ours_on_one(monkeypatch: Patch) -> None:
+    def timed(bar: Bar, element: str) -> BarRun:
+        return BarRun(8, 1.0 / bar.threads, 1e-6, STEP_S, 3)
+
+    monkeypatch.setattr(numba.config, "NUMBA_NUM_THREADS", 2)
+    monkeypatch.setattr(own_bar, "run_bar", timed)
+    programs = [
+        replace(p, module="numpy", elements=("e",), run_bar=timed, most_threads=most)
+        for p, most in zip(PROGRAMS[1:], (1, 8), strict=True)
+    ]
+    monkeypatch.setattr(bench_bar, "PROGRAMS", programs)
+    rows = bench_bar.measure_bar(replace(BAR, threads=2), lambda *_: None)
+    assert [row.bar.threads for row in rows] == [2, 2, 1, 1, 1, 2]
+    assert [line["hex8_sri_over_it"] for line in table(rows)[4:]] == [1.0, 1.0]
 
 
 def test_steps_of_a_part_are_all_taken() -> None:

@@ -5,6 +5,7 @@ A program that is not installed is left out; one that fails gets a row that says
 
 import subprocess
 from dataclasses import dataclass, replace
+from itertools import product
 from typing import Any
 
 import numba
@@ -40,6 +41,7 @@ class BarRow:
 
 def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
     """Run a program; returns its row, which says how it failed if it did."""
+    bar = replace(bar, threads=min(bar.threads, program.most_threads))
     head = (program.name, program.version, program.licence, element, bar)
     try:
         return BarRow(*head, program.run_bar(bar, element))
@@ -52,13 +54,18 @@ def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
 def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
     """Run the reference, every installed program, and the reference again: its best time counts.
 
-    All use as many threads as the bar asks for and numba may use.
+    All use as many threads as the bar asks for and numba may use; where a program can't, the
+    reference is also measured on the program's.
     """
     bar = replace(bar, threads=min(bar.threads, numba.config.NUMBA_NUM_THREADS))
     cases = [(program, e) for program in PROGRAMS if program.present for e in program.elements]
 
+    threads = {min(bar.threads, program.most_threads) for program, _ in cases} | {bar.threads}
+    bars = [replace(bar, threads=count) for count in sorted(threads, reverse=True)]
+    own = list(product(bars, own_bar.POINTS))
+
     def own_runs() -> list[BarRun]:
-        return [own_bar.run_bar(bar, element) for element in own_bar.POINTS]
+        return [own_bar.run_bar(*one) for one in own]
 
     progress(0.0, "the bar in the reference")
     first, rows = own_runs(), list[BarRow]()
@@ -66,11 +73,10 @@ def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
         progress(0.1 + 0.8 * number / len(cases), f"the bar in {program.name}, {element}")
         rows.append(measure_program(program, bar, element))
     progress(0.9, "the bar in the reference")
-    own = zip(own_bar.POINTS, first, own_runs(), strict=True)
     ours = [
-        BarRow(OWN, version("fingertap"), "BSD-3-Clause", element, bar,
+        BarRow(OWN, version("fingertap"), "BSD-3-Clause", element, of,
                min(runs, key=lambda ran: ran.seconds_per_step))
-        for element, *runs in own
+        for (of, element), *runs in zip(own, first, own_runs(), strict=True)
     ]  # fmt: skip
     return ours + rows
 
@@ -79,23 +85,25 @@ def table(rows: list[BarRow]) -> list[dict[str, Any]]:
     """One row per code and element, with how many times as fast the reference is.
 
     ``hex8_sri_over_it`` compares with the reference's 8-point hexahedron, ``same_points_over_it``
-    with its hexahedron of as many points.
+    with its hexahedron of as many points, both on as many threads.
     """
-    own = [(row.updates_per_s, row.ran) for row in rows if row.code == OWN and row.ran]
-    speed, end = {ran.points: its for its, ran in own}, own[0][1].end_m
+    own = [(row.updates_per_s, row.bar.threads, row.ran) for row in rows if row.code == OWN]
+    speed = {(threads, ran.points): its for its, threads, ran in own if ran}
+    end = next(ran.end_m for *_, ran in own if ran)
     found = []
     for row in rows:
+        threads = row.bar.threads
         line: dict[str, Any] = {
             "code": row.code, "version": row.version, "licence": row.licence,
-            "element": row.element, "elements": row.bar.elements, "threads": row.bar.threads,
+            "element": row.element, "elements": row.bar.elements, "threads": threads,
             "status": row.status,
         }  # fmt: skip
         if (ran := row.ran) is not None:
             line |= {
                 "points": ran.points,
                 "million_updates_per_s": row.updates_per_s / 1e6,
-                "hex8_sri_over_it": speed[8] / row.updates_per_s,
-                "same_points_over_it": speed[ran.points] / row.updates_per_s,
+                "hex8_sri_over_it": speed[threads, 8] / row.updates_per_s,
+                "same_points_over_it": speed[threads, ran.points] / row.updates_per_s,
                 "end_displacement_um": ran.end_m * 1e6,
                 "off_exact": ran.end_m / row.bar.exact_end_m - 1.0,
                 "off_fingertap": ran.end_m / end - 1.0,

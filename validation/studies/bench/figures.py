@@ -179,8 +179,12 @@ def kernels(path: Path, speeds: Sequence[Speed]) -> None:
 
 def bar_peers(path: Path, rows: Sequence[BarRow]) -> None:
     """Draw updates per second of every code on the bar; a failed peer is named, without a bar."""
-    names = [f"{row.code} {row.version}\n{row.element[:30]}" for row in rows]
     bar = rows[0].bar
+    names = [
+        f"{row.code} {row.version}\n{row.element[:30]}"
+        + f", {row.bar.threads} thread" * (row.bar.threads != bar.threads)
+        for row in rows
+    ]
     title = f"{bar.elements} hexahedra, {bar.threads} threads"
     with _bars(path, names, "million element updates/s, whole steps", title) as axis:
         speeds = [row.updates_per_s / 1e6 for row in rows]

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from validation.errors import UserError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar, say
 from validation.harness.files import exclusive_folder
@@ -166,6 +167,9 @@ def bench(
     out
         Folder for bench/: index.html, tables as CSV and Markdown, figures, machine-*.json.
     """
+    if resume and (skips or peers):
+        other = "--skips" if skips else "--peers"
+        raise UserError(f"{other} --resume: only the models' own curves go on; leave one out")
     with exclusive_folder(out / "bench") as folder:
         if skips:
             _bench_shortcuts(folder, quick)

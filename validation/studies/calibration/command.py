@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Literal
 
+import reference_fem
 from validation.errors import UserError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
@@ -12,7 +13,7 @@ from validation.runs.execute import compile_in_fresh_process
 from validation.scenes.load import load_scene
 from validation.studies.calibration.report import write_report
 from validation.studies.calibration.scenes import case
-from validation.studies.calibration.solves import solve_case
+from validation.studies.calibration.solves import TIGHT_SHARE, solve_case
 from validation.studies.campaign import Case, run_cases
 
 SCENES, QUICK_SCENES = 500, 12
@@ -52,6 +53,12 @@ def calibrate(
         raise UserError(f"--scenes {count} --first {first}: must be 1 or more, and 0 or more")
     if accuracy is not None:
         load_scene("soft", (f"solver.accuracy={accuracy}",))
+        smallest = reference_fem.SMALLEST / TIGHT_SHARE
+        if model == "fem3d" and accuracy < smallest:
+            raise UserError(
+                f"--model fem3d --accuracy {accuracy:g}: must be {smallest:.2g} or more, as no"
+                " tighter mesh judges a finer run"
+            )
     chosen = {number: case(model, number, accuracy) for number in range(first, first + count)}
     cases = [Case(model, scene, solve_case) for scene in chosen.values()]
     names = {entry.key: entry.title for entry in (*QUANTITIES, *COMPONENTS)}

@@ -30,8 +30,9 @@ MOST_STEPS = 2_000_000
 WITHIN, FINER = (10.0, 3.0), 1.5
 # Predicted elements times steps of the tight flight beyond which a scene is left out: some 5 s.
 MOST_BENT = 2e6
-# Of the solid: edges 0.45 times the default's, so that 0.3 of its error is left (`EDGE_EXPONENT`).
-TIGHT_SOLID = ("solver.fem.accuracy=3e-3",)
+# Of the solid: accuracy for which the tight mesh is sized, 0.3 of the fixed settings' error, and
+# its largest share of an accuracy that the run must keep.
+TIGHT_SOLID, TIGHT_SHARE = 3e-3, 0.3
 # Predicted element updates of the tight tap beyond which a solid's scene is left out: some 10 s.
 MOST_UPDATES, LONG = 5e7, "LEFT OUT"
 
@@ -103,7 +104,9 @@ def _updates(tables: Scene, kind: str) -> float:
 
 
 def _tight_solid(case: RandomTap) -> Solve | None:
-    scene = load_scene("soft", (*case.overrides, *TIGHT_SOLID, *estimate_override(case.model)))
+    tight = min(TIGHT_SOLID, TIGHT_SHARE * (case.accuracy or 1.0))
+    held = f"solver.fem.accuracy={tight:.3g}"
+    scene = load_scene("soft", (*case.overrides, held, *estimate_override(case.model)))
     if _updates(scene.tables, case.kind) > MOST_UPDATES:
         return None
     return lambda: unless_interrupted(adapter(case.model).run(scene).record)

@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import Any, Literal
 
-from validation.errors import RunFailedError
+from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
 from validation.harness.files import exclusive_folder, write_json
@@ -80,6 +80,9 @@ def run_stress(
         Folder for stress/full/ (quick/): index.html, a CSV and a figure per map, summary.csv.
     """
     if peers:
+        if quick or only:
+            ignored = "--quick" if quick else f"--only {only}"
+            raise UserError(f"--peers {ignored}: hard cells are ten, of both models; leave one out")
         run_peers(out)
         return
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]

@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from itertools import product
+from math import inf
 from typing import Any, Self
 
 from validation.studies.stated_errors import ROUND_OFF_SHARE, WRONG_SHARE, StatedError, understated
@@ -78,14 +79,25 @@ class CellVerdict:
         """The verdict after one more check: right if off `other` by no more than the run states.
 
         numbers : from `stated_errors.true_errors`; the one farthest beyond its stated error counts.
+        One that the run says it does not know may not be off by `WRONG_SHARE` without a flag.
         """
         found = replace(self, checked_by=f"{self.checked_by}, {other}")
         if not numbers:
             return found
         shares = {name: number.shares for name, number in numbers.items()}
         worst = max(shares, key=lambda name: shares[name][1] / (shares[name][0] + ROUND_OFF_SHARE))
+        unknown = [
+            n for n, (stated, true) in shares.items() if stated == inf and true > WRONG_SHARE
+        ]
+        if unknown:
+            worst = max(unknown, key=lambda name: shares[name][1])
         stated, true = shares[worst]
         found = replace(found, error=true, stated=stated)
+        if unknown:
+            said = (
+                f"{worst} differs by {true:.2g} from {other}, and its error is not known to the run"
+            )
+            return found.judged(Answer.FLAGGED if cautioned else Answer.WRONG, said)
         if not understated(stated, true):
             return found
         answer = Answer.WRONG if true > WRONG_SHARE and not cautioned else Answer.UNDERSTATED

@@ -146,6 +146,7 @@ def test_a_scene_of_each_outcome() -> None:
     [
         ({"scenes": 0}, "--scenes 0 --first 0: must be 1 or more"),
         ({"scenes": 3, "quick": True}, "--quick --scenes 3: two numbers of scenes; leave one out"),
+        ({"model": "fem3d", "accuracy": 5e-3}, "--accuracy 0.005: must be 0.0067 or more"),
     ],
 )
 def test_no_or_two_numbers_of_scenes_are_refused(

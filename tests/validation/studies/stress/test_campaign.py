@@ -5,7 +5,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-from tests.validation.commands import Patch
+import pytest
+
+from tests.validation.commands import Patch, Run
 from tests.validation.studies.stress.taps import TAP
 from validation.harness.line_store import LineStore
 from validation.studies import campaign
@@ -104,3 +106,19 @@ def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
     row = json.loads(path.read_text())
     path.write_text(json.dumps({**row, "answer": Answer.RIGHT}) + "\n")
     assert LineStore(path).load(verdict_inputs(case)) is None
+
+
+@pytest.mark.parametrize(
+    ("given", "ignored"),
+    [
+        (("stress", "--peers", "--quick"), "--peers --quick"),
+        (("stress", "--peers", "--only", "fuzz"), "--peers --only fuzz"),
+        (("bench", "--skips", "--resume"), "--skips --resume"),
+        (("bench", "--peers", "--resume"), "--peers --resume"),
+    ],
+)
+def test_options_that_would_be_ignored_are_refused(
+    given: tuple[str, ...], ignored: str, tmp_path: Path, fingertap: Run
+) -> None:
+    assert ignored in fingertap(*given, "--out", tmp_path).refusal
+    assert not list(tmp_path.iterdir())

@@ -55,7 +55,7 @@ def difference_lines(
         error = row.get("error_percent", math.nan)
         known = None if math.isnan(error) else error
         change = "" if math.isnan(percent) else f"{with_error(percent, known, 2)} %"
-        yield f"  {entry.title:<{WIDTH}}{texts[0]:<26}{texts[1]:<26}{change}".rstrip()
+        yield f"  {entry.title:<{WIDTH}}{texts[0]:<25} {texts[1]:<25} {change}".rstrip()
     numbers = table[table.quantity != WALL_TIME]
     if numbers.scene.equals(numbers.changed):
         yield f"  no number differs: {scene.label} may not use what was changed"

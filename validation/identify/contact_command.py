@@ -132,13 +132,11 @@ def run_identify_contact(
         return
     output(f"{named.name}: {title.lower()}")
     for row in table:
-        near = row.get("uncertainty")
-        band = f" +- {near:.2g}" if near is not None else ""
+        known = with_error(row["static_indentation"], row.get("uncertainty"), 4)
         given = f"; {OWN}: {row['scene']:.4g}" if "scene" in row else ""
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         output(
-            f"  {row['quantity']}: {row['static_indentation']:.4g}{band}{unit}"
-            f" ({row['theory_is']}: {row['theory']:.4g}{given})"
+            f"  {row['quantity']}: {known}{unit} ({row['theory_is']}: {row['theory']:.4g}{given})"
         )
     for what, judged in (("k", found.stiffness), ("eta^2", found.ratio)):
         if judged is not None:

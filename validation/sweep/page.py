@@ -13,7 +13,7 @@ import xarray
 from validation.harness import page
 from validation.harness.files import remove
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS
-from validation.harness.uncertainty import two_digits
+from validation.harness.uncertainty import two_digits, without_numbers
 from validation.models import adapter, default_accuracy
 from validation.scenes.load import changed_scene
 from validation.scenes.solver_tables import NO_ACCURACY
@@ -47,14 +47,18 @@ def pairs(plan: Plan) -> list[Pair]:
 
 
 def endings(data: xarray.Dataset, labels: Sequence[str]) -> Iterator[dict[str, Any]]:
-    """A row per model and status; the most frequent message of runs that did not complete."""
+    """A row per model and status; of runs that did not complete a message of the most frequent
+    kind, whose numbers alone differ.
+    """
     status, message = data["status"].values, data["message"].values
     for place, label in enumerate(labels):
         for name in np.unique(status[:, place]):
             ended = status[:, place] == name
             row: dict[str, Any] = {"model": label, "status": name, "scenes": int(ended.sum())}
             if name != "COMPLETED":
-                row["most often"] = Counter(message[ended, place].tolist()).most_common(1)[0][0]
+                said = message[ended, place].tolist()
+                (kind, _), *_ = Counter(map(without_numbers, said)).most_common(1)
+                row["most often"] = next(text for text in said if without_numbers(text) == kind)
             yield row
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from validation.compare.figures import difference_figure, mesh_figure, overlay_figure
+from validation.compare.figures import difference_figure, mesh_figure, overlay_figure, usable
 from validation.harness.files import safe_name
 from validation.harness.page import opening, write_page
 from validation.harness.tables import table_of, write_table
@@ -96,11 +96,15 @@ def write_tables(folder: Path, rows: Rows) -> None:
 
 
 def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
-    """Draw the first screen's figures, one per scene; returns paths and captions."""
+    """Draw the first screen's figures, one per scene that has a difference; returns paths and
+    captions.
+    """
     found = []
     for scene in runs.scenes:
         path = folder / f"differences-{safe_name(scene)}.png"
         rows = [row for row in headline.differences(runs) if row.scene == scene]
+        if all(row.error_percent is None for row in rows):
+            continue
         steps, labels = headline.cumulative_differences(runs, scene), headline.labels(runs, scene)
         difference_figure(path, rows, steps, labels)
         found.append((path, f"{scene} finger: how far each model lies from the reference, and why"))
@@ -108,7 +112,7 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
 
 
 def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
-    """Draw figs. 7 and 9; returns paths and captions."""
+    """Draw figs. 7 and 9 of the scenes that have forces; returns paths and captions."""
     forces, meshes = folder / "forces.png", folder / "elements.png"
     lines = [r for s in runs.scenes for r in (*runs.compared(s), *runs.references(s))]
     band = [r for s in runs.scenes for r in runs.spread_over(s)] if runs.plan.in_full else []
@@ -117,7 +121,10 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
         for scene in runs.scenes
         if (reference := runs.reference(scene)) is not None
     }
-    overlay_figure(forces, lines, band, runs.scenes, compared)
+    scenes = [s for s in runs.scenes if any(r.scene == s and usable(r) for r in lines)]
+    if not scenes:
+        return []
+    overlay_figure(forces, lines, band, scenes, compared)
     found = [
         (forces, "Models and references (as the paper's fig. 9), below them the models' difference"
                  " from the reference. Source: the runs below."),
@@ -129,7 +136,9 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
             for variant, title in plan.MESHES.items()
             if (run := runs.find(scene, RunName("hcm", variant))) is not None
         ]
-        mesh_figure(meshes, counted, runs.scenes)
+        scenes = [s for s in scenes if any(r.scene == s and usable(r) for _, r in counted)]
+    if runs.plan.in_full and scenes:
+        mesh_figure(meshes, counted, scenes)
         text = "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs."
         found.append((meshes, text))
     return found

@@ -38,15 +38,15 @@ def test_an_accuracy_sizes_a_solids_mesh_and_leaves_what_is_stated() -> None:
 
 
 def test_a_solid_keeps_the_accuracy_asked_of_it() -> None:
-    """One per cent of 331,000 elements' numbers, which are known to 0.3 % (bench's truths)."""
+    """One per cent of 331,000 elements' numbers, which are known to 0.5 % (bench's truths)."""
     scene = load_scene("soft", ["solver.accuracy=1e-2", "solver.fem.estimate=false"])
     record = solve(scene, "fem3d", None).record
     exact = {
-        "contact_time_s": 0.133886, "contact_duration_s": 2.0047e-4,
-        "peak_normal_force_N": 95.357, "normal_impulse_N_s": 9.8946e-3,
+        "contact_time_s": 0.133886, "contact_duration_s": 2.00277e-4,
+        "peak_normal_force_N": 95.623, "normal_impulse_N_s": 9.8930e-3,
     }  # fmt: skip
     for key, value in exact.items():
-        assert record.value(key) == pytest.approx(value, rel=0.013), key
+        assert record.value(key) == pytest.approx(value, rel=0.015), key
     assert (record.accuracy["wanted"], record.accuracy["expected"]) == (0.01, None)
     told = {c["setting"]: c["value"] for c in record.accuracy["choices"]}
     assert ("element" in told, told["contact"]) == (False, "impulse")

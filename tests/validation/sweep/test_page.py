@@ -180,11 +180,11 @@ def test_the_page_says_why_most_runs_were_refused(tmp_path: Path) -> None:
     _, _, data = swept(tmp_path)
     status, message = (data[name].astype(object).copy() for name in ("status", "message"))
     status.values[:, 0] = ["REFUSED", "REFUSED", "COMPLETED", "REFUSED"]
-    message.values[:, 0] = ["no torques", "other", "a caution", "no torques"]
+    message.values[:, 0] = ["torques = 1.5 N m", "other", "a caution", "torques = 2e-3 N m"]
     told = [*endings(data.assign(status=status, message=message), ["a", "b", "c"])][:2]
     assert told == [
         {"model": "a", "status": "COMPLETED", "scenes": 1},
-        {"model": "a", "status": "REFUSED", "scenes": 3, "most often": "no torques"},
+        {"model": "a", "status": "REFUSED", "scenes": 3, "most often": "torques = 1.5 N m"},
     ]
 
 

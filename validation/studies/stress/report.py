@@ -13,6 +13,7 @@ from hcm.stepping import LARGEST_RESIDUAL
 from validation.harness.figures import BLUE, GREEN, GREY, ORANGE, panels
 from validation.harness.page import write_page
 from validation.harness.tables import table_of, write_table
+from validation.harness.uncertainty import without_numbers
 from validation.studies.stated_errors import UNDERSTATED_FACTOR, WRONG_SHARE
 from validation.studies.stress.reference.judge import OTHER_SCHEME_WITHIN
 from validation.studies.stress.stability_map import RIGHT_WITHIN, Answer, Map
@@ -46,7 +47,7 @@ def _cause(row: Mapping[str, Any]) -> str:
 def _kind(reason: str) -> str:
     """The first clause of a reason, with n for numbers: the same for reasons of one kind."""
     clause = re.split(r"[,:;] | at t =", re.sub(r" \([^)]*\)", "", reason))[0]
-    return re.sub(r"\b\d[\d.]*(?:e[+-]?\d+)?\b", "n", clause)
+    return without_numbers(clause)
 
 
 def _where(name: str, axis: Sequence[float], values: Sequence[float]) -> str | None:

@@ -24,7 +24,10 @@ def inline(path: Path) -> str:
 
 def signed(value: float | None, digits: int = 1) -> str:
     """A percentage with its sign; a dash for None."""
-    return "–" if value is None else f"{value:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
+    if value is None:
+        return "–"
+    rounded_value = round(value, digits) + 0.0  # no -0.0
+    return f"{rounded_value:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
 
 
 def opening(name: str) -> str:

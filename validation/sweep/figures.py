@@ -69,10 +69,17 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
             for number, pair in enumerate(chosen):
                 found = np.abs(differences(data, entry, pair))
                 apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))
-                share = np.arange(1, apart.size + 1) / max(apart.size, 1)
+                share = np.arange(apart.size + 1) / max(apart.size, 1)
                 color = COLORS[number % len(COLORS)]
                 title = pair.title.replace("$", r"\$")  # a variant's name is not a formula
-                axis.step(100 * apart, 100 * share, where="post", color=color, label=title)
+                from_zero = np.concatenate([apart[:1], apart])
+                axis.step(
+                    100 * from_zero,
+                    100 * share[: from_zero.size],
+                    where="post",
+                    color=color,
+                    label=title,
+                )
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
             _few_labels(axis)

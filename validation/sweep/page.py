@@ -87,6 +87,10 @@ def table(data: xarray.Dataset, chosen: Sequence[Pair]) -> list[dict[str, Any]]:
     return rows
 
 
+def _scenes(count: int) -> str:
+    return f"{count} scene{'s' * (count != 1)}"
+
+
 def _beyond(row: dict[str, Any]) -> str:
     if BEYOND not in row:
         return ""
@@ -223,7 +227,7 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         apart = table(data, chosen)
         lead += [
             f"{row['models']}, {row['quantity']}: {two_digits(row['median (%)'])} % apart in the"
-            f" median of {row['scenes']} scenes, {two_digits(row['largest (%)'])} % at most"
+            f" median of {_scenes(row['scenes'])}, {two_digits(row['largest (%)'])} % at most"
             f"{_beyond(row)}."
             for row in apart
             if "median (%)" in row and row["quantity"] == TAP_AND_STRESS[0].title
@@ -255,7 +259,7 @@ def write_report(folder: Path, plan: Plan, points: PointTable, data: xarray.Data
         )
         rows = list(sensitivities(columns, found)) or [{"of": none}]
         section("Sobol indices", "sobol", rows, SOBOL_NOTE)
-    part = f"{len(points)} scenes, {', '.join(labels)}"
+    part = f"{_scenes(len(points))}, {', '.join(labels)}"
     path = folder / "index.html"
     heading = f"Sweep: {plan.name}"
     context = {"sections": sections, "part": part, "heading": heading, "lead": lead}

@@ -45,6 +45,13 @@ def test_a_stress_keeps_its_sign_in_numbers_and_in_parity(tmp_path: Path) -> Non
 
 
 @pytest.mark.usefixtures("figures_kept")
+def test_a_single_scenes_distribution_is_a_step(tmp_path: Path) -> None:
+    draw_distribution(tmp_path / "d.png", swept([1.02]), [PAIR])
+    _, axis, *_ = plt.gcf().axes
+    assert axis.lines[0].get_xydata() == pytest.approx(np.array([[2.0, 0.0], [2.0, 100.0]]))
+
+
+@pytest.mark.usefixtures("figures_kept")
 @pytest.mark.parametrize("highest", [0.022, 0.045, 0.15, 0.5, 3.0, 1e4])
 def test_labels_of_differences_do_not_run_together(highest: float, tmp_path: Path) -> None:
     """Between decades each tick had its power of ten."""

@@ -59,7 +59,7 @@ def difference_text(row: EvidenceRow) -> str:
     while places < 6 and (round(abs(e), places) > float(known)) != (abs(e) > u):
         places += 1
         known = f"{u:.{places}f}"
-    shown = signed(round(e, places) + 0.0, places)[:-2]  # no -0.0
+    shown = signed(e, places)[:-2]
     return f"{shown} \N{PLUS-MINUS SIGN} {known} %: {word(row)}"
 
 

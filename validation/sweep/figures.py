@@ -72,10 +72,10 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
                 share = np.arange(apart.size + 1) / max(apart.size, 1)
                 color = COLORS[number % len(COLORS)]
                 title = pair.title.replace("$", r"\$")  # a variant's name is not a formula
-                from_zero = np.concatenate([apart[:1], apart])
+                rises = np.concatenate([apart[:1], apart])
                 axis.step(
-                    100 * from_zero,
-                    100 * share[: from_zero.size],
+                    100 * rises,
+                    100 * share[: rises.size],
                     where="post",
                     color=color,
                     label=title,

@@ -243,27 +243,35 @@ def tap_peaks(result: TapResult) -> Floats:
 
 
 def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
-    """Caution about the peaks of later taps, which the estimates leave out."""
+    """Caution about the peaks of later taps, which the estimates leave out: two runs may agree by
+    chance, and what follows a tap that differs is no better known.
+    """
     if own.size < 2:
         return ()
     common = min(own.size, other.size)
     shares = np.full(own.size, math.inf)
     shares[:common] = np.abs(other[:common] - own[:common]) / np.maximum(own[:common], 1e-300)
-    if not (shares[1:] > CAUTION_ERROR).any():
-        return ()
-    worst = 1 + int(shares[1:].argmax())
-    apart = f"{_percent(float(shares[worst]))} apart in two runs, too far for a bound"
-    if shares[worst] == math.inf:
+    differs = 1 + np.flatnonzero(shares[1:] > CAUTION_ERROR)
+    if differs.size:
+        first = int(differs[0])
         apart = "a second run has no such tap"
+        if shares[first] < math.inf:
+            apart = f"{_percent(float(shares[first]))} apart in two runs"
+        follows = ", and what follows is as unknown" * (first + 1 < own.size)
+        found = f"peak normal force of tap {first + 1}: {apart}{follows}"
+    else:
+        found = f"peak normal forces {_percent(float(shares[1:].max()))} apart in two runs at most"
     return (
         "estimated errors cover the first tap only: later taps depend on the vibration it leaves"
-        f" (peak normal force of tap {worst + 1}: {apart})",
+        f" ({found})",
     )
 
 
 def _percent(share: float) -> str:
     if share == math.inf:
         return "unknown"
+    if share >= 10.0:
+        return f"a factor of {1.0 + share:.0f}"
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 

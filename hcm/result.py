@@ -98,7 +98,7 @@ class History:
     """Values at every accepted step; n rows, P phalanges.
 
     mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
-    hinge_reactions_N (n, P, 2) is lam_w: the force that hinge w takes from phalanx w.
+    hinge_reactions_N (n, P, 2) is -lam_w: the force that hinge w exerts on phalanx w.
     contact_energy_J is what both contact elements could give back; material_dissipation_J is what
     the phalanges' damping and a radiating tip have dissipated.
     """
@@ -140,12 +140,12 @@ class History:
 def history_of(table: Floats, reactions: Floats) -> History:
     """A history as views of the loop's tables.
 
-    table : (n, len(COLUMNS)) in the order of `COLUMNS`. reactions : (n, 2 P).
+    table : (n, len(COLUMNS)) in the order of `COLUMNS`. reactions : (n, 2 P), lam.
     """
     columns = list(table.T)
     values: list[Any] = [
         *columns[:3], table[:, 3:5], table[:, 5:7], *columns[7:17], columns[17].astype(np.int8),
-        reactions.reshape(len(table), -1, 2),
+        -reactions.reshape(len(table), -1, 2),
     ]  # fmt: skip
     return History(*values)
 
@@ -154,7 +154,7 @@ def history_of(table: Floats, reactions: Floats) -> History:
 class Statistics:
     """What a run cost.
 
-    steps : accepted. newton_iterations, factorizations : of the beams; a collocation step iterates
+    steps : accepted, and stages of collocation's in contact. newton_iterations, factorizations : of the beams; a collocation step iterates
     on all s stages together, and one of its factorizations counts (s + 1)//2 systems.
     rejected_steps : repeated because Newton's method failed, an error bound was exceeded or an
     event search failed. event_trials : trial steps of the event search. chatter_steps : whole steps

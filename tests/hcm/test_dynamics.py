@@ -103,8 +103,8 @@ def test_reaction_of_a_rod(pendulum: hcm.TapResult) -> None:
     weight = HARD.density * HARD.area * HARD.length * G
     along = 2.5 * weight * sine
     across = 0.25 * weight * cosine
-    # the rod points along (-cos, -sin); lam is what it does to the hinge: pulls along, presses down
-    expected = np.column_stack([-along * cosine + across * sine, -along * sine - across * cosine])
+    # the rod points along (-cos, -sin); the hinge pulls it back along its axis, and holds it up
+    expected = np.column_stack([along * cosine - across * sine, along * sine + across * cosine])
     error = np.abs(history.hinge_reactions_N[flight, 0] - expected).max()
     assert error < 1e-4 * weight
 

@@ -213,7 +213,14 @@ def test_later_taps_are_left_out_and_named() -> None:
     peaks = tap_peaks(taps)
     assert peaks[0] == pytest.approx(taps.summary.peak_normal_force_N, rel=1e-3)
     assert peaks.size == 2
-    assert later_taps(peaks, peaks) == ()
+    assert "forces 0 % apart in two runs at most" in later_taps(peaks, peaks)[0]
+    three, other = np.array([9.0, 8.0, 7.0]), np.array([9.0, 8.04, 9.1])
+    assert "peak normal force of tap 3: 30 % apart in two runs)" in later_taps(three, other)[0]
+    other[1] = 16.0
+    first = "of tap 2: 100 % apart in two runs, and what follows is as unknown)"
+    assert first in later_taps(three, other)[0]
+    other[1] = 960.0
+    assert "of tap 2: a factor of 120 apart in two runs" in later_taps(three, other)[0]
     assert "tap 2: a second run has no such tap" in later_taps(peaks, peaks[:1])[0]
     assert later_taps(peaks[:1], peaks) == ()
 

@@ -141,7 +141,7 @@ def audit(scene: Scene, result: TapResult) -> Iterator[str]:
     losses, works = _losses(scene, result), _works(scene, result)
     largest = float(h.kinetic_energy_J.max())
     mass = sum(p.density * p.area * p.length for p in scene.finger.phalanges)
-    force = np.column_stack([h.tangential_force_N, h.normal_force_N]) - h.hinge_reactions_N[:, 0]
+    force = np.column_stack([h.tangential_force_N, h.normal_force_N]) + h.hinge_reactions_N[:, 0]
     force[:, 1] -= mass * scene.drive.gravity
     impulse = cumulative_trapezoid(force, h.time_s, axis=0, initial=0.0)
     unresolved = np.column_stack([_unresolved(h.time_s, force[:, c]) for c in range(2)]).max(axis=1)

@@ -154,8 +154,9 @@ def history_of(table: Floats, reactions: Floats) -> History:
 class Statistics:
     """What a run cost.
 
-    steps : accepted, and stages of collocation's in contact. newton_iterations, factorizations : of the beams; a collocation step iterates
-    on all s stages together, and one of its factorizations counts (s + 1)//2 systems.
+    steps : accepted, and stages of collocation's in contact. newton_iterations, factorizations : of
+    the beams; a collocation step iterates on all s stages together, and one of its factorizations
+    counts (s + 1)//2 systems.
     rejected_steps : repeated because Newton's method failed, an error bound was exceeded or an
     event search failed. event_trials : trial steps of the event search. chatter_steps : whole steps
     taken through chatter. wall_time_s : of the solve, without the runs that estimate its errors.

@@ -83,7 +83,8 @@ def solved_within(
         asked = [] if once else [f"solver.fem.accuracy={target:.3g}"]
         return solve(changed_scene(scene.name, scene.document, [*asked, *flight], scene.name))
 
-    first = _not_below_smallest(FIRST_TARGET_SHARE * wanted, wanted)
+    # a further mesh is judged by one of as different edges as there may be
+    first = max(FIRST_TARGET_SHARE * wanted, MOST_FACTOR * reference_fem.SMALLEST)
     try:
         run = attempt(first)
     except UserError:

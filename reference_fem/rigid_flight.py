@@ -1,5 +1,6 @@
 """The rigid chain's flight down to the surface."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
@@ -13,7 +14,9 @@ from reference_fem.model import Model
 from reference_fem.rigid_chain import ChainState, RigidChain
 from reference_fem.settings import Settings
 
-LONGEST_STEP_S = 5e-3
+LONGEST_STEP_S, FALL_SHARE = 5e-3, 0.039
+"""A step's longest time, and its share of sqrt(reach/g) if that is more: slow flights have no more
+steps than others."""
 SHALLOW = 1e-5
 """Depth, over the finger's reach, below which a touch may be missed between steps."""
 
@@ -62,7 +65,7 @@ def fly(
                 method="DOP853",
                 rtol=tolerance,
                 atol=1e-2 * tolerance,
-                max_step=LONGEST_STEP_S,
+                max_step=_longest_step_s(chain),
                 dense_output=True,
                 events=closing,
             )
@@ -84,6 +87,21 @@ def fly(
     return state_at, float(hits[0]) if hits.size else None
 
 
+def _reaches(chain: RigidChain) -> Array:
+    """l_j from hinge to hinge, and what the last body reaches at most, (P,), m: a rod twice as far
+    as its mass centre, its rims and ball less than four times as far.
+    """
+    reach = np.append(np.linalg.norm(np.diff(chain.origins, axis=0), axis=1), 0.0)
+    reach[-1] = 4.0 * np.linalg.norm(chain.arms[-1, -1])
+    return reach
+
+
+def _longest_step_s(chain: RigidChain) -> float:
+    gravity = float(np.hypot(*chain.gravity_vector))
+    fall = math.sqrt(float(_reaches(chain).sum()) / gravity) if gravity > 0.0 else 0.0
+    return max(LONGEST_STEP_S, FALL_SHARE * fall)
+
+
 def first_closing(
     chain: RigidChain, flown: Callable[..., Array], times: Array, gap: Callable[[Array], float]
 ) -> float | None:
@@ -91,12 +109,10 @@ def first_closing(
 
     With l_j from hinge to hinge, the last to the body's farthest point, the gap changes over a time
     h by at most c = Σ l_j h max |ω_j|, so that it stays above (g_0 + g_1 - c)/2 between its ends.
-    Where that is negative, h is halved, until c is below Σ l_j times `SHALLOW`. A rod reaches twice
-    as far as its mass centre, its rims and ball less than four times as far; rates that are
+    Where that is negative, h is halved, until c is below Σ l_j times `SHALLOW`. Rates that are
     parabolas over h exceed the largest of both ends and the middle by a quarter at most.
     """
-    reach = np.append(np.linalg.norm(np.diff(chain.origins, axis=0), axis=1), 0.0)
-    reach[-1] = 4.0 * np.linalg.norm(chain.arms[-1, -1])
+    reach = _reaches(chain)
 
     def height(time: float) -> float:
         return gap(flown(time)[: chain.links])

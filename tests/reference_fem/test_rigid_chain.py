@@ -70,6 +70,23 @@ def test_pendulum_period_from_the_elliptic_integral() -> None:
     assert state_at(period / 2).angles[0] == pytest.approx(np.pi, abs=1e-9)
 
 
+def test_a_slow_fall_has_no_more_steps() -> None:
+    """In a millionth of gravity it takes a thousand times as long (it had a thousand times the
+    steps, of at most 5 ms)."""
+    asked = [0, 0]
+
+    def touch(which: int, gravity: float) -> float:
+        def gap(angles: np.ndarray) -> float:
+            asked[which] += 1
+            return 0.1 - LENGTH * float(np.sin(angles).sum())
+
+        body = replace(chain(3, ROD), gravity_vector=np.array([0.0, -gravity]))
+        return fly(body, rest(3), gap, 1e3)[1] or 0.0
+
+    assert touch(1, 1e-6 * GRAVITY) == pytest.approx(1e3 * touch(0, GRAVITY), rel=1e-9)
+    assert asked[1] < 1.5 * asked[0]
+
+
 def test_energy_of_a_driven_chain_is_constant_to_1e9() -> None:
     body = chain(3, ROD + ROTARY, (1e-3, -2e-3, 3e-3))
     state_at, _ = fly(body, rest(3), never, 0.3)

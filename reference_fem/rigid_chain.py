@@ -10,7 +10,45 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from reference_fem.arrays import Array, ComplexArray, Index
+from reference_fem.compiled import njit
 from reference_fem.torques import Torques
+
+
+@njit(cache=True)
+def joint_inertia(
+    angles: Array, arm_products: ComplexArray, inertia: Array
+) -> tuple[Array, ComplexArray, ComplexArray]:
+    """Inertia of the joints Σ_w m_w b_wj·b_wk + δ_jk J_j, (P, P); Σ_w m_w conj(b_wj) b_wk, whose
+    real part is b_j·b_k and whose imaginary part is (e x b_j)·b_k; and e^iθ.
+
+    b_wj = R(θ_j) arms[w, j], e the unit vector along Z.
+    """
+    turns = np.exp(1j * angles)
+    products = arm_products * (turns.conj().reshape(-1, 1) * turns)
+    joints = products.real.copy()
+    for w in range(inertia.size):
+        joints[w, w] += inertia[w]
+    return joints, products, turns
+
+
+@njit(cache=True)
+def rates_of_change(
+    state: Array, torques: Array, arm_products: ComplexArray, moments: ComplexArray,
+    inertia: Array, gravity: complex,
+) -> Array:  # fmt: skip
+    """d(θ, ω)/dt of state (2P,) under torques T (P,), from Lagrange's equations.
+
+        Σ_k [Σ_w m_w b_wj·b_wk + δ_jk J_j] ω'_k = T_j + Σ_w m_w (e x b_wj)·[f + Σ_k ω_k² b_wk]
+
+    gravity : f as f_X + i f_Y. The rest is `RigidChain`'s.
+    """
+    rates = state[inertia.size :]
+    joints, products, turns = joint_inertia(state[: inertia.size], arm_products, inertia)
+    load = torques + (np.conj(moments * turns) * gravity).imag
+    for j in range(inertia.size):
+        for k in range(inertia.size):
+            load[j] += products[j, k].imag * rates[k] ** 2
+    return np.concatenate((rates, np.linalg.solve(joints, load)))
 
 
 @dataclass(frozen=True)
@@ -56,29 +94,12 @@ class RigidChain:
         return self.mass.size
 
     def rates_of_change(self, state: Array, torques: Array) -> Array:
-        """d(θ, ω)/dt of state (2P,) under torques T (P,), from Lagrange's equations.
-
-            Σ_k [Σ_w m_w b_wj·b_wk + δ_jk J_j] ω'_k
-                = T_j + Σ_w m_w (e x b_wj)·[f + Σ_k ω_k² b_wk]
-
-        with b_wj = R(θ_j) arms[w, j] and e the unit vector along Z.
-        """
-        angles, rates = state[: self.links], state[self.links :]
-        products, turns = self._products(angles)
-        weight = (np.conj(self.moments * turns) * complex(*self.gravity_vector)).imag
-        load = torques + weight + products.imag @ rates**2
-        return np.concatenate([rates, np.linalg.solve(self._joint_inertia(products), load)])
-
-    def _products(self, angles: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Σ_w m_w conj(b_wj) b_wk, (P, P): real part b_j·b_k, imaginary (e x b_j)·b_k; and e^iθ."""
-        turns = np.exp(1j * angles)
-        return self.arm_products * (turns.conj()[:, None] * turns), turns
-
-    def _joint_inertia(self, products: ComplexArray) -> Array:
-        """Σ_w m_w b_wj·b_wk + δ_jk J_j, (P, P)."""
-        inertia = products.real.copy()
-        inertia.flat[:: self.links + 1] += self.inertia
-        return inertia
+        """d(θ, ω)/dt of state (2P,) under torques T (P,): see `rates_of_change`."""
+        gravity = complex(*self.gravity_vector)
+        rates: Array = rates_of_change(
+            state, torques, self.arm_products, self.moments, self.inertia, gravity
+        )
+        return rates
 
     def mobility(self, state: ChainState, place: Array) -> tuple[Array, Array]:
         """What an impulse p at `place` (2,) of the last body adds to its velocity: G p.
@@ -92,7 +113,7 @@ class RigidChain:
         hinges, _ = self.hinges_at(state.angles, state.rates)
         links = np.diff(np.vstack([hinges, place]), axis=0)
         turned = np.stack([-links[:, 1], links[:, 0]])
-        inertia = self._joint_inertia(self._products(state.angles)[0])
+        inertia, _, _ = joint_inertia(state.angles, self.arm_products, self.inertia)
         return turned @ np.linalg.solve(inertia, turned.T), turned @ state.rates
 
     def energy(self, state: ChainState) -> float:

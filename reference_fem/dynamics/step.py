@@ -120,7 +120,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     pressure = np.zeros(len(state.displacement))
     kernel, lag, lost = model.kernel, 0.5 * model.step_s, state.material_J
     if kernel.damped:
-        stored, hourglass, power = kernel.damped_force(
+        stored, hourglass, power = kernel.audited_damped_force(
             state.displacement, state.velocity, lag, residual
         )
         # before the first step there was no motion
@@ -146,7 +146,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         if number == steps:
             break
         if kernel.damped:
-            lost += model.step_s * kernel.damped_force(u, v, lag, residual)[2]
+            lost += model.step_s * kernel.damped_force(u, v, lag, residual)
         else:
             kernel.internal_force(u, residual)
         _less_external(model, motion, torques, residual, touching, log[number])

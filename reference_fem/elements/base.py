@@ -102,18 +102,25 @@ class ElementKernel:
         """Whether any element has a relaxation time."""
         return bool(self.relaxation.any())
 
-    def damped_force(
-        self, displacement: Array, velocity: Array, lag: float, out: Array
-    ) -> tuple[float, float, float]:
-        """`audited_force` with damping; also returns the power that damping dissipates, W.
+    def damped_force(self, displacement: Array, velocity: Array, lag: float, out: Array) -> float:
+        """`internal_force` with damping; returns the power that damping dissipates, W.
 
         velocity : (n_nodes, dim) m/s, at `lag` seconds before the displacement: the dissipation is
             that of this earlier time, and rigid rotations are not damped
         """
-        parts = np.empty((numba.get_num_threads(), 3))
+        power = np.empty(numba.get_num_threads())
         u, v = self._checked(displacement, out), self._checked(velocity)
-        loops.internal_force(self.blocks, u, len(parts), out, parts, (v, lag))
-        return *_energies(parts[:, :2]), float(sum(parts[:, 2].tolist()))
+        loops.internal_force(self.blocks, u, len(power), out, None, (v, lag, power))
+        return float(sum(power.tolist()))
+
+    def audited_damped_force(
+        self, displacement: Array, velocity: Array, lag: float, out: Array
+    ) -> tuple[float, float, float]:
+        """`damped_force`; also returns what `audited_force` does, before the power."""
+        parts, power = np.empty((numba.get_num_threads(), 2)), np.empty(numba.get_num_threads())
+        u, v = self._checked(displacement, out), self._checked(velocity)
+        loops.internal_force(self.blocks, u, len(parts), out, parts, (v, lag, power))
+        return *_energies(parts), float(sum(power.tolist()))
 
     def energies(self, displacement: Array) -> tuple[float, float]:
         """Stored energy and hourglass control's part of it, J."""

@@ -14,8 +14,9 @@ Nodes = NDArray[np.uint32]  # unsigned: numba then emits no test for negative in
 # Energies of strains and of hourglass modes by thread, (threads, 2), J. Where it is None, numba
 # leaves their code out.
 Stored = Array | None
-# Velocity (n_nodes, dim), m/s, and how long before the displacement it was, s; None: no damping.
-Moving = tuple[Array, float] | None
+# Velocity (n_nodes, dim), m/s, how long before the displacement it was, s, and the power that
+# damping takes by thread, (threads,), W; None: no damping.
+Moving = tuple[Array, float, Array] | None
 
 # Below 16 lanes the compiler does not vectorise; with more, a block no longer stays in 32 kB of
 # first-level cache between the two passes over it (measured: 32 lanes are 10 to 15 % slower).

@@ -33,7 +33,7 @@ def add_force(
     """Add the forces of one block, N.
 
     Where `stored` is given, energies of strains and of hourglass modes, J, are added to its row t.
-    With `moving` the forces include damping; the power that it takes, W, is added there too.
+    With `moving` the forces include damping, whose power is added there, to thread t's.
 
     u (n_nodes, dim) displacements, m; `share` of thread t as in `threads`.
     """
@@ -74,8 +74,8 @@ def share_force(
     zero_forces(blocks, shares, t, out)
     if stored is not None:
         stored[t, 0], stored[t, 1] = 0.0, 0.0
-        if moving is not None:
-            stored[t, 2] = 0.0
+    if moving is not None:
+        moving[2][t] = 0.0
     for block in range(shares[t, START], shares[t, STOP]):
         add_force(blocks, u, block, shares[t], t, out, stored, moving)
 
@@ -87,7 +87,7 @@ def internal_force(
 ) -> None:  # fmt: skip
     """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads.
 
-    stored : (n_threads, 2), or (n_threads, 3) with `moving`, filled as by `add_force`.
+    stored : (n_threads, 2), filled as by `add_force`, like the power of `moving`.
     """
     shares = thread_shares(blocks.node_range, n_threads)
     for t in prange(n_threads):

@@ -246,11 +246,10 @@ def add_force(
     r = blocks.reference[block]
     gather(blocks.points, u, blocks.nodes[block], s)
     if moving is not None and lane_sum(0.0, r, RELAXATION) > 0.0:
-        velocity, lag = moving
+        velocity, lag, power = moving
         gather_rates(velocity, blocks.nodes[block], s)
         damped_force(s, r, lag)
-        if stored is not None:
-            stored[t, 2] = lane_sum(stored[t, 2], s, POWER)
+        power[t] = lane_sum(power[t], s, POWER)
     else:
         block_force(s, r, stored)
     scatter(s, blocks, block, share, t, out)

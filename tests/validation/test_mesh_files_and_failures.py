@@ -103,7 +103,7 @@ def all_nodes_in_a_hinge(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
         (without_tip, "missing or empty: node set pole"),
         (
             lambda m: dataclasses.replace(m, points=1e3 * m.points),
-            r"phalanx 1 is 40 m long, .* is 0.04",
+            r"phalanx 1 is 40 m long, .* is 0.04; coordinates are in metres",
         ),
         (lambda m: dataclasses.replace(m, points=2 * m.points), r"0.08 m long.*is 0.04"),
         (lambda m: dataclasses.replace(m, points=m.points * [1, 0.5, 0.5]), r"m thick, .* 0.015"),

@@ -156,7 +156,7 @@ def bench(
     Parameters
     ----------
     quick
-        Fewer and cheaper settings: under three minutes.
+        Fewer and cheaper settings: some three minutes.
     skips
         Instead, the ledger of shortcuts: time saved and error added by each.
     peers

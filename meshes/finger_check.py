@@ -135,7 +135,8 @@ class _Body:
         ):
             if not -tolerance - below <= found - wanted <= tolerance + above:
                 said = what.format(f"{found:.4g}", f"{wanted + 0.0:.4g}")
-                metres = "; coordinates are in metres" * (abs(found) > 100.0 * abs(wanted) > 0.0)
+                huge = abs(found) > 100.0 * abs(wanted) > 0.0
+                metres = "; coordinates are in metres" * bool(huge)
                 raise MeshError(f"{name} {said}{metres}")
         nearest = self.distance.min(axis=0)
         off = np.flatnonzero(~self.on.any(axis=0))

@@ -48,6 +48,8 @@ def rates_of_change(
     for j in range(inertia.size):
         for k in range(inertia.size):
             load[j] += products[j, k].imag * rates[k] ** 2
+    if not (np.isfinite(load).all() and np.isfinite(joints).all()):
+        return np.full(state.size, np.nan)  # of a stage that is far too long
     return np.concatenate((rates, np.linalg.solve(joints, load)))
 
 

@@ -56,6 +56,7 @@ RINGS = "bending, stretching and vibration in flight change the tap by {}: {}"
 REMEDY = {
     "rigid": "let the elements fly (solver.fem.flight = 'coarse', or 'explicit'), or start nearer",
     "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
+    "explicit": "refine the shafts (solver.fem.section_size and axial_size), or start nearer",
 }
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
 # Relative error of the impulse by motion that a flight omits, above which a run is cautioned.
@@ -191,7 +192,7 @@ def _flight_errors(
     apart = np.maximum(apart, np.abs(flight.pole_velocity(touch) - sooner))
     of_speed = float(max(apart)) / approach_speed
     omitted = NOTHING_OMITTED
-    if scene.settings.flight != "explicit" and scene.settings.flight_error:
+    if scene.settings.flight_error:
         omitted = omitted_motion(
             flight, scene.settings.flight, scene.drive, shape, scene.materials, approach_speed
         )
@@ -251,9 +252,9 @@ def _flight_doubts(errors: FlightErrors, flight: str, approach_speed: float) -> 
     if left <= LARGEST_LEFT_OUT:
         return ()
     share = percent(left) if left < math.inf else "an unknown share"
-    # in a coarse flight the phase of the ringing is arbitrary
+    # on a coarse mesh, and on any after many periods, the phase of the ringing is arbitrary
     rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
-    return (RINGS.format(share, REMEDY["coarse" if rings else flight]),)
+    return (RINGS.format(share, REMEDY["coarse" if rings and flight == "rigid" else flight]),)
 
 
 def _true_body(

@@ -154,6 +154,25 @@ def surface_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
     return gap
 
 
+def inner_gap(model: Model, chain: RigidChain) -> Callable[[Array], float]:
+    """Height above the plane of the lowest rim of the phalanges before the one that may touch, m,
+    as a function of the angles; inf if there are none.
+    """
+    body, hinges = model.touching_body, chain.origins @ [1.0, 1j]
+    links = np.diff(hinges)[:body]
+    own = [model.points[model.body_of_point == w, 1] for w in range(body)]
+    radii = np.array([float(np.abs(y).max()) for y in own])
+
+    def gap(angles: Array) -> float:
+        turns = np.exp(1j * angles[:body])
+        ends = hinges[0].imag + np.cumsum((links * turns).imag)
+        begins = np.concatenate([hinges[:1].imag, ends])[:body]
+        rims = np.minimum(begins, ends) - radii * np.abs(turns.real)
+        return float(np.min(rims, initial=np.inf)) + model.surface.height
+
+    return gap
+
+
 @dataclass(frozen=True)
 class Descent:
     """A rigid flight down to the surface: its start, when it touches, and its states until then."""
@@ -165,6 +184,18 @@ class Descent:
     def before(self, seconds: float) -> ChainState:
         """The state this long before the touch, or the start's if that is later."""
         return self.state_at(max(self.start.time_s, self.touch_s - seconds))
+
+    def closing_of(self, chain: RigidChain, gap: Callable[[Array], float]) -> float | None:
+        """When another gap, a function of the angles, first closes on the way, s; None if never."""
+
+        def flown(times: Array) -> Array:
+            states = [self.state_at(float(time)) for time in np.atleast_1d(times)]
+            columns = np.array([[*state.angles, *state.rates] for state in states]).T
+            return columns if np.ndim(times) else columns[:, 0]
+
+        lasts = self.touch_s - self.start.time_s
+        steps = 2 + int(lasts / _longest_step_s(chain))
+        return first_closing(chain, flown, np.linspace(self.start.time_s, self.touch_s, steps), gap)
 
 
 def descent(

@@ -207,11 +207,12 @@ class Settings:
     max_flight_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0
     """Longest fall to wait for; beyond it the run ends as NOT_REACHED."""
     output_interval: Annotated[int | None, Bound(integer=True, at_least=1)] = None
-    """Steps between two energy audits, which also sample history and stress; None aims at about 150
-    of them in a tap. Forces are recorded at every step (`TapResult.forces`)."""
+    """Steps between two energy audits, which also sample history and stress; None, and in the first
+    tap at most, what aims at about 150 of them in a tap. Forces are recorded at every step
+    (`TapResult.forces`)."""
     max_samples: Annotated[int, Bound(integer=True, at_least=16)] = 1000
-    """The history keeps between half this number and this number of samples of the contact window,
-    equally spaced; a longer window is thinned."""
+    """The history keeps between half this number and this number of samples of the first tap, and
+    of the contact window beyond it, equally spaced; a longer one is thinned."""
     snapshots: Annotated[int, Bound(integer=True, at_least=2)] = 16
     """Between half this number and this number of fields are kept, equally spaced over the window,
     besides the last one and the one at peak force."""

@@ -21,7 +21,7 @@ from reference_fem.estimate import SolvedScene, estimated
 from reference_fem.model import Model, build_model
 from reference_fem.result import Status, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
-from reference_fem.rigid_flight import Descent, descent, surface_gap
+from reference_fem.rigid_flight import Descent, descent, inner_gap, surface_gap
 from reference_fem.scene import Scene, check_optional
 from reference_fem.settings import Drive, Material, Settings, Surface
 from reference_fem.workload import check_work
@@ -172,6 +172,12 @@ def _run_from_start(
         message = f"height = {height}: the surface is not reached within {longest:.6g} s"
         try:
             flown = descent(chain, gap, rigid, settings)
+            if flown and (at := flown.closing_of(chain, inner_gap(model, chain))) is not None:
+                flown, status = None, Status.PASSED_THROUGH
+                message = (
+                    f"a phalanx before the last, which alone can touch, meets the surface at t ="
+                    f" {at:.6g} s"
+                )
         except KeyboardInterrupt:
             status, message = Status.INTERRUPTED, "interrupted in the rigid flight"
         if flown is None:

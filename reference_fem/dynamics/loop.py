@@ -1,7 +1,7 @@
 """Drives the explicit loop: when to search for contact, what to record, when to stop."""
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 
@@ -63,7 +63,9 @@ def explicit_tap(
                 flown = flight.advanced(now.state, settings.lead_steps)
                 on, now = (model, flight.handed_over(now)) if flown is None else (flight.model, now)
             state = now.state
-            after, block = flown or _advanced(model, state, interval)
+            # the first tap's numbers are read from its audits
+            steps = interval if now.tap.over else min(interval, audit_interval(model))
+            after, block = flown or _advanced(model, state, steps)
             taken = sample(on, state, block, now.origin_energy_J or 0.0)
             if now.origin_energy_J is None:
                 now = replace(now, origin_energy_J=taken.energy_balance_J)
@@ -71,7 +73,7 @@ def explicit_tap(
             found = failure(on, settings, now, block, taken)
             if taken.finite:
                 if not now.coarse:
-                    recorder.add(model, state, block, taken)
+                    recorder.add(model, state, block, taken, now.tap.over)
                 now = replace(
                     now,
                     largest_kinetic_J=max(now.largest_kinetic_J, taken.kinetic_energy_J),
@@ -135,8 +137,16 @@ def result_of(
         ),
     )
     snapshots = recorder.snapshots(model)
-    doubts = cautions(Evidence(forces, history, snapshots, model, settings))
+    doubts = cautions(Evidence(_first(forces, tap), history, snapshots, model, settings))
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
+
+
+def _first(forces: ForceRecord, tap: Tap) -> ForceRecord:
+    """The forces up to the end of the first tap."""
+    if tap.last_touch_s is None or not tap.over:
+        return forces
+    steps = int(np.searchsorted(forces.time_s, tap.last_touch_s, side="right"))
+    return ForceRecord(*(getattr(forces, f.name)[:steps] for f in fields(forces)))
 
 
 def _separation_s(model: Model, forces: ForceRecord, tap: Tap) -> float | None:

@@ -64,14 +64,16 @@ class Fields:
 
 # Kinds of items by group: those that are thinned, and those of which there is none or one (the last
 # sample, the last fields and those at peak force).
-THINNED: dict[str, type] = {"flight": Sample, "window": Sample, "fields": Fields}
+THINNED: dict[str, type] = {"flight": Sample, "tap": Sample, "window": Sample, "fields": Fields}
 SINGLE: dict[str, type] = {"last": Sample, "latest": Fields, "peak": Fields}
 # Shapes of a history without samples, where they are not (0,).
 _EMPTY = {"tip_position_m": (0, 2), "tip_velocity_m_per_s": (0, 2), "hinge_reactions_N": (0, 0, 2)}
 
 
 class Recorder:
-    """Samples, forces and fields of one run, in flight and in the contact window."""
+    """Samples, forces and fields of one run: in flight, in the contact window up to the end of the
+    first tap, and beyond it.
+    """
 
     def __init__(self, settings: Settings) -> None:
         most = {Sample: settings.max_samples, Fields: settings.snapshots}
@@ -80,10 +82,16 @@ class Recorder:
         self._logs: list[Array] = []
         self._times: list[Array] = []
 
-    def add(self, model: Model, state: State, block: Block, taken: Sample) -> None:
-        """Record `state`, the block that started there and its audit."""
+    def add(
+        self, model: Model, state: State, block: Block, taken: Sample, tapped: bool = False
+    ) -> None:
+        """Record `state`, the block that started there and its audit.
+
+        tapped : whether the first tap is over, whose peak's fields are kept.
+        """
         self._single["last"] = [taken]
-        self._thinned["window" if block.searched else "flight"].offer(taken)
+        window = "window" if tapped else "tap"
+        self._thinned[window if block.searched else "flight"].offer(taken)
         force = taken.normal_force_N
         # States are never written to again, so they can be held without a copy.
         shown = Fields(state.time_s, state.displacement, block.velocity, block.pressure, force)
@@ -91,7 +99,8 @@ class Recorder:
         if not block.searched:
             return
         self._thinned["fields"].offer(shown)
-        if force > max((peak.normal_force_N for peak in self._single["peak"]), default=0.0):
+        largest = max((peak.normal_force_N for peak in self._single["peak"]), default=0.0)
+        if force > largest and not tapped:
             self._single["peak"] = [shown]
         steps = np.arange(len(block.log), dtype=np.float64)
         times: Array = state.time_s + model.step_s * steps
@@ -114,7 +123,7 @@ class Recorder:
 
     def history(self) -> History:
         """The samples as arrays."""
-        samples = [*self._thinned["flight"].items, *self._thinned["window"].items]
+        samples = [s for group in ("flight", "tap", "window") for s in self._thinned[group].items]
         if not samples:
             return History(**{f.name: np.empty(_EMPTY.get(f.name, 0)) for f in fields(History)})
         times = {sample.time_s for sample in samples}

@@ -121,7 +121,7 @@ def test_work_is_limited_and_refused_where_it_is_known() -> None:
     result, _ = fall(max_steps=40, output_interval=8)
     assert result.status is rf.Status.WORK_LIMIT
     assert result.summary.steps == 40
-    assert len(result.forces.time_s) == 48  # the block that shows the limit is kept
+    assert len(result.forces.time_s) == 41  # the block that shows the limit is kept
     mesh = boxes((0.04,), (0.01,), (8, 2))
     for settings in (
         rf.Settings(end_time_s=1e10),

@@ -54,6 +54,35 @@ def test_soft_finger_taps(soft: rf.TapResult, mesh: meshes.FingerMesh) -> None:
     assert s.energy_residual < 1e-4
 
 
+def test_a_taps_numbers_do_not_depend_on_how_often_or_how_long_it_is_sampled(
+    plane_mesh: meshes.FingerMesh,
+) -> None:
+    """The stress at R was read from thinned samples (a tenth of it), few steps from all taps."""
+    taken = tap(plane_mesh, contact="impulse")
+    late = (taken.summary.contact_time_s or 0.0) + 0.2
+    for given in ({"output_interval": 1000}, {"end_time_s": late, "max_samples": 200}):
+        other = tap(plane_mesh, contact="impulse", **given)
+        for name in ("peak_normal_force_N", "peak_stress_R_Pa", "contact_duration_s"):
+            assert getattr(other.summary, name) == getattr(taken.summary, name), (given, name)
+        assert "touched in 62 steps only" in "".join(other.cautions)
+        assert other.errors["peak_stress_R_Pa"] == taken.errors["peak_stress_R_Pa"]
+
+
+def test_a_rigid_flight_through_the_surface_is_no_tap() -> None:
+    """Only the last phalanx touches: the one before it was 6 mm below the surface, 509 N told."""
+    plane = meshes.finger_quadrilaterals(GEOMETRY, meshes.SIZINGS["fast"])
+    start = rf.ChainState(
+        np.array([0.68726675, -1.79432947, -2.44391733]), np.array([22.8, 0, 0]), 0.0
+    )
+    found = tap(
+        plane, (rf.Material(20e9, 0.4, 1048.7),) * 3, rf.Surface(0.035924562508604, 0.5),
+        start=start, contact="impulse",
+    )  # fmt: skip
+    assert found.status is rf.Status.PASSED_THROUGH
+    assert "a phalanx before the last, which alone can touch" in found.message
+    assert found.summary.contact_time_s is None
+
+
 def test_a_tap_as_a_dataset_comes_back_from_a_file_with_units_and_origin(
     soft: rf.TapResult, mesh: meshes.FingerMesh, tmp_path: Path
 ) -> None:

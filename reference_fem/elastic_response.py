@@ -47,12 +47,16 @@ class ElasticResponse(NamedTuple):
     depth : largest δ plus the sum of all ε, m
     ringing_speed : share of the largest δ ω₁ plus share of the largest ε ω, m/s
     settling : largest δ ω₁ + ε ω of the loads at the touch, on phalanges rigid until then, m/s
+    stretching_speed : the part of `ringing_speed` along the axis, m/s
+    stretching_phase : largest ω T, rad
     """
 
     angle: float
     depth: float
     ringing_speed: float
     settling: float
+    stretching_speed: float = 0.0
+    stretching_phase: float = 0.0
 
 
 class Loads(NamedTuple):
@@ -126,4 +130,6 @@ def elastic_response(
         float(depth.max() + stretch.sum()),
         share * bending_speed + STRETCH_SHARE * stretching_speed,
         float(at_touch.max()),
+        STRETCH_SHARE * stretching_speed,
+        float(axial.max() * (touch - begin)),
     )

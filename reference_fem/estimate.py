@@ -194,8 +194,9 @@ def _flight_errors(
     omitted = NOTHING_OMITTED
     if scene.settings.flight_error:
         omitted = omitted_motion(
-            flight, scene.settings.flight, scene.drive, shape, scene.materials, approach_speed
-        )
+            flight, scene.settings.flight, scene.drive, shape, scene.materials, approach_speed,
+            resolution.section,
+        )  # fmt: skip
     return FlightErrors(max(late, sagitta_s), apart, of_speed, omitted)
 
 

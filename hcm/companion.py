@@ -19,7 +19,6 @@ case two runs may agree by chance: the scene is solved once more with tolerances
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
 import numpy as np
@@ -79,7 +78,9 @@ def companion_finger(finger: Finger) -> Finger:
 
 
 def companion_flight(settings: Settings, half: Finger) -> int:
-    """`flight_elements` of the companion `half`: twice the run's, or half where it has no more."""
+    """`flight_elements` of the companion `half`: twice the run's, or half where it has no more; 0
+    stays 0.
+    """
     few, most = settings.flight_elements, max(p.elements for p in half.phalanges)
     return 2 * few if 2 * few <= most else max(few // 2, 1)
 
@@ -144,11 +145,11 @@ def grazes(result: TapResult, share: float = GRAZE) -> bool:
     assert summary.tip_velocity_at_contact_m_per_s is not None
     slow = share * abs(summary.tip_velocity_at_contact_m_per_s[1])
     weak = share * (summary.peak_normal_force_N or 0.0)
-    over = summary.contact_time_s + (summary.contact_duration_s or math.inf)
+    _, over = result.taps[0]
     for event in result.events:
         left, turned_back = event.kind == "separation", event.kind == "restitution_to_compression"
         # a whole tap goes on after all separations but its last
-        left &= event.time_s >= (1 - 1e-12) * over
+        left &= event.time_s >= over
         if event.time_s < summary.contact_time_s or not (left or turned_back):
             continue
         row = int(history.time_s.searchsorted(event.time_s, side="right")) - 1

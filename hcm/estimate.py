@@ -254,9 +254,10 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
     differs = 1 + np.flatnonzero(shares[1:] > CAUTION_ERROR)
     if differs.size:
         first = int(differs[0])
-        apart = "a second run has no such tap"
-        if shares[first] < math.inf:
-            apart = f"{_percent(float(shares[first]))} apart in two runs"
+        share, apart = float(shares[first]), "a second run has no such tap"
+        if share < math.inf:
+            far = f"a factor of {1.0 + share:.0f}" if share >= 10.0 else _percent(share)
+            apart = f"{far} apart in two runs"
         follows = ", and what follows is as unknown" * (first + 1 < own.size)
         found = f"peak normal force of tap {first + 1}: {apart}{follows}"
     else:
@@ -270,8 +271,6 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
 def _percent(share: float) -> str:
     if share == math.inf:
         return "unknown"
-    if share >= 10.0:
-        return f"a factor of {1.0 + share:.0f}"
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 
@@ -286,8 +285,7 @@ def estimate_errors(
     finger, settings = scene.finger, scene.settings
     half, most = companion_finger(finger), most_steps(finger)
     coarse = rescaled_settings(settings, own, STEP_RATIO, min(most, most_steps(half)))
-    if settings.flight_elements:
-        coarse = replace(coarse, flight_elements=companion_flight(settings, half))
+    coarse = replace(coarse, flight_elements=companion_flight(settings, half))
     steady = undamped_settings(coarse, own)
     taps = max(tap_peaks(own).size, 1)
     # equal steps may be too long for some part of a flight, whose energy then grows

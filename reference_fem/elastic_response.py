@@ -55,8 +55,8 @@ class ElasticResponse(NamedTuple):
     depth: float
     ringing_speed: float
     settling: float
-    stretching_speed: float = 0.0
-    stretching_phase: float = 0.0
+    stretching_speed: float
+    stretching_phase: float
 
 
 class Loads(NamedTuple):
@@ -121,15 +121,15 @@ def elastic_response(
     for (start, end, value, rate), (_, _, later, changed) in pairwise(joints.pieces(begin, touch)):
         depth += bent_by(later - value - (end - start) * rate) + bent_by(changed - rate) / first
     bending_speed = float((depth * first * np.sin(turned)).max())
-    stretching_speed = float((stretch * axial * np.sin(drawing)).max())
+    stretching_speed = STRETCH_SHARE * float((stretch * axial * np.sin(drawing)).max())
     depth, stretch = depth * (1.0 - np.cos(turned)), stretch * (1.0 - np.cos(drawing))
     share = TORQUE_SHARE if torques.any() else WEIGHT_SHARE
     at_touch = bent[SAMPLES - 1] * first + drawn[SAMPLES - 1] * axial
     return ElasticResponse(
         float((depth / lengths).max()),
         float(depth.max() + stretch.sum()),
-        share * bending_speed + STRETCH_SHARE * stretching_speed,
+        share * bending_speed + stretching_speed,
         float(at_touch.max()),
-        STRETCH_SHARE * stretching_speed,
+        stretching_speed,
         float(axial.max() * (touch - begin)),
     )

@@ -274,6 +274,6 @@ def standing_out(run: TapResult, model: Model) -> float:
     A peak h above both sides has a `spike` of 2 h / 3 F.
     """
     start, lasts = run.summary.contact_time_s or 0.0, run.summary.contact_duration_s or 0.0
-    normal = run.forces.normal_force_N[run.forces.time_s <= start + lasts]
+    normal = run.forces.until(start + lasts).normal_force_N
     share = spike(normal, steps_per_cell_transit(model))
     return 1.5 * share * float(normal.max()) if share > SPIKE else 0.0

@@ -5,9 +5,11 @@ A half model's forces, energies and areas are doubled before they get here.
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+import numpy as np
 
 from reference_fem.arrays import Array
 from reference_fem.dataset import run_dataset, versions
@@ -148,6 +150,11 @@ class ForceRecord:
     normal_force_N: Array
     tangential_force_N: Array
     lowest_gap_m: Array
+
+    def until(self, time_s: float) -> "ForceRecord":
+        """The steps up to a time, s."""
+        steps = int(np.searchsorted(self.time_s, time_s, side="right"))
+        return ForceRecord(*(getattr(self, f.name)[:steps] for f in fields(self)))
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ def joint_inertia(
 
 
 @njit(cache=True)
-def rates_of_change(
+def lagrange_rates(
     state: Array, torques: Array, arm_products: ComplexArray, moments: ComplexArray,
     inertia: Array, gravity: complex,
 ) -> Array:  # fmt: skip
@@ -96,9 +96,9 @@ class RigidChain:
         return self.mass.size
 
     def rates_of_change(self, state: Array, torques: Array) -> Array:
-        """d(θ, ω)/dt of state (2P,) under torques T (P,): see `rates_of_change`."""
+        """d(θ, ω)/dt of state (2P,) under torques T (P,): see `lagrange_rates`."""
         gravity = complex(*self.gravity_vector)
-        rates: Array = rates_of_change(
+        rates: Array = lagrange_rates(
             state, torques, self.arm_products, self.moments, self.inertia, gravity
         )
         return rates

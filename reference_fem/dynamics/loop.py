@@ -1,7 +1,7 @@
 """Drives the explicit loop: when to search for contact, what to record, when to stop."""
 
 import time
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -54,7 +54,9 @@ def explicit_tap(
     reporting = reporting or Reporting()
     recorder = recorder or Recorder(settings)
     now = loop_state
-    interval = settings.output_interval or audit_interval(model)
+    in_tap = audit_interval(model)
+    beyond = settings.output_interval or in_tap
+    in_tap = min(in_tap, beyond)  # the first tap's numbers are read from its audits
     status, message = Status.INTERRUPTED, ""
     try:
         while True:
@@ -63,9 +65,7 @@ def explicit_tap(
                 flown = flight.advanced(now.state, settings.lead_steps)
                 on, now = (model, flight.handed_over(now)) if flown is None else (flight.model, now)
             state = now.state
-            # the first tap's numbers are read from its audits
-            steps = interval if now.tap.over else min(interval, audit_interval(model))
-            after, block = flown or _advanced(model, state, steps)
+            after, block = flown or _advanced(model, state, beyond if now.tap.over else in_tap)
             taken = sample(on, state, block, now.origin_energy_J or 0.0)
             if now.origin_energy_J is None:
                 now = replace(now, origin_energy_J=taken.energy_balance_J)
@@ -137,16 +137,10 @@ def result_of(
         ),
     )
     snapshots = recorder.snapshots(model)
-    doubts = cautions(Evidence(_first(forces, tap), history, snapshots, model, settings))
+    over = tap.last_touch_s if tap.over else None
+    of_tap = forces if over is None else forces.until(over)
+    doubts = cautions(Evidence(of_tap, history, snapshots, model, settings))
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
-
-
-def _first(forces: ForceRecord, tap: Tap) -> ForceRecord:
-    """The forces up to the end of the first tap."""
-    if tap.last_touch_s is None or not tap.over:
-        return forces
-    steps = int(np.searchsorted(forces.time_s, tap.last_touch_s, side="right"))
-    return ForceRecord(*(getattr(forces, f.name)[:steps] for f in fields(forces)))
 
 
 def _separation_s(model: Model, forces: ForceRecord, tap: Tap) -> float | None:

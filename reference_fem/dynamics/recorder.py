@@ -82,9 +82,7 @@ class Recorder:
         self._logs: list[Array] = []
         self._times: list[Array] = []
 
-    def add(
-        self, model: Model, state: State, block: Block, taken: Sample, tapped: bool = False
-    ) -> None:
+    def add(self, model: Model, state: State, block: Block, taken: Sample, tapped: bool) -> None:
         """Record `state`, the block that started there and its audit.
 
         tapped : whether the first tap is over, whose peak's fields are kept.

@@ -98,7 +98,8 @@ def test_a_whole_tap_grazes_where_it_ends() -> None:
     )
     events = [hcm.Event(t, kind) for t, kind in enumerate(["contact", "separation"] * 2)]
     for lasts, wanted in ((3.0, False), (1.0, True)):
-        run = SimpleNamespace(history=history, events=events, summary=SimpleNamespace(
+        taps = ((0.0, lasts),)
+        run = SimpleNamespace(history=history, events=events, taps=taps, summary=SimpleNamespace(
             contact_time_s=0.0, contact_duration_s=lasts, peak_normal_force_N=1.0,
             tip_velocity_at_contact_m_per_s=(0.0, -1.0),
         ))  # fmt: skip

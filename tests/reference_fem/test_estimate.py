@@ -241,7 +241,7 @@ def test_a_peak_that_stands_out_is_known_to_what_it_stands_out_by(
     force[19:21] += height
     force[35:] = 9.0
     run = run_of(1.0, contact_time_s=0.0, contact_duration_s=30.0)
-    run.forces = SimpleNamespace(time_s=np.arange(40.0), normal_force_N=force)
+    run.forces = rf.ForceRecord(np.arange(40.0), force, np.zeros(40), np.zeros(40))
     assert standing_out(run, model) == pytest.approx(known)
 
 

@@ -38,6 +38,11 @@ def usable(run: RunRecord) -> bool:
     return run.value("contact_time_s") is not None and "normal_force_N" in run.contact_forces
 
 
+def scenes_drawn(scenes: Iterable[str], runs: Sequence[RunRecord]) -> list[str]:
+    """Those of the scenes of which a run has curves to draw."""
+    return [scene for scene in scenes if any(r.scene == scene and usable(r) for r in runs)]
+
+
 def looks(runs: Iterable[RunRecord]) -> dict[str, Look]:
     """The look of each label, its own or the next one of the others; data are dots."""
     found: dict[str, Look] = {}

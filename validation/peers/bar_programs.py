@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -53,6 +53,10 @@ class BarProgram:
     elements: tuple[str, ...]
     run_bar: Callable[[Bar, str], BarRun]
     most_threads: int = sys.maxsize
+
+    def taken(self, bar: Bar) -> Bar:
+        """The bar, on as many threads as the program can use."""
+        return replace(bar, threads=min(bar.threads, self.most_threads))
 
     @property
     def present(self) -> bool:

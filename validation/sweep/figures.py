@@ -69,17 +69,11 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
             for number, pair in enumerate(chosen):
                 found = np.abs(differences(data, entry, pair))
                 apart = np.sort(np.maximum(found[np.isfinite(found)], 1e-8))
-                share = np.arange(apart.size + 1) / max(apart.size, 1)
                 color = COLORS[number % len(COLORS)]
                 title = pair.title.replace("$", r"\$")  # a variant's name is not a formula
                 rises = np.concatenate([apart[:1], apart])
-                axis.step(
-                    100 * rises,
-                    100 * share[: rises.size],
-                    where="post",
-                    color=color,
-                    label=title,
-                )
+                share = np.arange(rises.size) / max(apart.size, 1)
+                axis.step(100 * rises, 100 * share, where="post", color=color, label=title)
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
             _few_labels(axis)

@@ -57,8 +57,9 @@ def endings(data: xarray.Dataset, labels: Sequence[str]) -> Iterator[dict[str, A
             row: dict[str, Any] = {"model": label, "status": name, "scenes": int(ended.sum())}
             if name != "COMPLETED":
                 said = message[ended, place].tolist()
-                (kind, _), *_ = Counter(map(without_numbers, said)).most_common(1)
-                row["most often"] = next(text for text in said if without_numbers(text) == kind)
+                kinds = [without_numbers(text) for text in said]
+                ((kind, _),) = Counter(kinds).most_common(1)
+                row["most often"] = said[kinds.index(kind)]
             yield row
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from validation.compare.figures import difference_figure, mesh_figure, overlay_figure, usable
+from validation.compare.figures import difference_figure, mesh_figure, overlay_figure, scenes_drawn
 from validation.harness.files import safe_name
 from validation.harness.page import opening, write_page
 from validation.harness.tables import table_of, write_table
@@ -121,8 +121,7 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
         for scene in runs.scenes
         if (reference := runs.reference(scene)) is not None
     }
-    scenes = [s for s in runs.scenes if any(r.scene == s and usable(r) for r in lines)]
-    if not scenes:
+    if not (scenes := scenes_drawn(runs.scenes, lines)):
         return []
     overlay_figure(forces, lines, band, scenes, compared)
     found = [
@@ -136,11 +135,10 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
             for variant, title in plan.MESHES.items()
             if (run := runs.find(scene, RunName("hcm", variant))) is not None
         ]
-        scenes = [s for s in scenes if any(r.scene == s and usable(r) for _, r in counted)]
-    if runs.plan.in_full and scenes:
-        mesh_figure(meshes, counted, scenes)
         text = "Reduced model with N elements in all (the paper's fig. 7). Source: our own runs."
-        found.append((meshes, text))
+        if scenes := scenes_drawn(scenes, [run for _, run in counted]):
+            mesh_figure(meshes, counted, scenes)
+            found.append((meshes, text))
     return found
 
 

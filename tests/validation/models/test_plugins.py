@@ -256,11 +256,17 @@ def test_result_is_of_the_code_that_a_model_has_now(
 
 @pytest.mark.skipif(not installed("exudyn"), reason="extra bench")
 @pytest.mark.parametrize(
-    "scene",
+    ("scene", "known"),
     # the last tap lasts 2 ms, and bends the finger more: their strains differ
-    [("soft",), ("hard",), ("soft", "material.youngs_modulus=1e7", "tip.normal_stiffness=1e4")],
+    [
+        (("soft",), 1e-3),
+        (("hard",), 1e-3),
+        (("soft", "material.youngs_modulus=1e7", "tip.normal_stiffness=1e4"), 2e-3),
+    ],
 )
-def test_exudyn_agrees_where_the_tip_slides(scene: tuple[str, ...], fingertap: Run) -> None:
+def test_exudyn_agrees_where_the_tip_slides(
+    scene: tuple[str, ...], known: float, fingertap: Run
+) -> None:
     name, *overrides = scene
     given = [word for text in overrides for word in ("--set", text)]
     found = {
@@ -268,7 +274,7 @@ def test_exudyn_agrees_where_the_tip_slides(scene: tuple[str, ...], fingertap: R
         for model in ("hcm", "exudyn")
     }
     for key in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
-        assert found["exudyn"][key] == pytest.approx(found["hcm"][key], rel=2e-3), key
+        assert found["exudyn"][key] == pytest.approx(found["hcm"][key], rel=known), key
 
 
 @pytest.mark.skipif(not installed("exudyn"), reason="extra bench")

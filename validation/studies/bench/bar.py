@@ -41,7 +41,7 @@ class BarRow:
 
 def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
     """Run a program; returns its row, which says how it failed if it did."""
-    bar = replace(bar, threads=min(bar.threads, program.most_threads))
+    bar = program.taken(bar)
     head = (program.name, program.version, program.licence, element, bar)
     try:
         return BarRow(*head, program.run_bar(bar, element))
@@ -60,8 +60,7 @@ def measure_bar(bar: Bar, progress: Progress) -> list[BarRow]:
     bar = replace(bar, threads=min(bar.threads, numba.config.NUMBA_NUM_THREADS))
     cases = [(program, e) for program in PROGRAMS if program.present for e in program.elements]
 
-    threads = {min(bar.threads, program.most_threads) for program, _ in cases} | {bar.threads}
-    bars = [replace(bar, threads=count) for count in sorted(threads, reverse=True)]
+    bars = dict.fromkeys([bar, *(program.taken(bar) for program, _ in cases)])
     own = list(product(bars, own_bar.POINTS))
 
     def own_runs() -> list[BarRun]:

@@ -85,19 +85,16 @@ class CellVerdict:
         if not numbers:
             return found
         shares = {name: number.shares for name, number in numbers.items()}
+        off = {n: t for n, (stated, t) in shares.items() if stated == inf and t > WRONG_SHARE}
+        if off:
+            worst = max(off, key=off.__getitem__)
+            apart = f"{worst} differs by {off[worst]:.2g} from {other}"
+            answer = Answer.FLAGGED if cautioned else Answer.WRONG
+            found = found.judged(answer, f"{apart}, and its error is not known to the run")
+            return replace(found, error=off[worst], stated=inf)
         worst = max(shares, key=lambda name: shares[name][1] / (shares[name][0] + ROUND_OFF_SHARE))
-        unknown = [
-            n for n, (stated, true) in shares.items() if stated == inf and true > WRONG_SHARE
-        ]
-        if unknown:
-            worst = max(unknown, key=lambda name: shares[name][1])
         stated, true = shares[worst]
         found = replace(found, error=true, stated=stated)
-        if unknown:
-            said = (
-                f"{worst} differs by {true:.2g} from {other}, and its error is not known to the run"
-            )
-            return found.judged(Answer.FLAGGED if cautioned else Answer.WRONG, said)
         if not understated(stated, true):
             return found
         answer = Answer.WRONG if true > WRONG_SHARE and not cautioned else Answer.UNDERSTATED

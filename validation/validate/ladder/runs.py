@@ -99,9 +99,8 @@ def touching_meshes(scene: NamedScene, start: Impact | None) -> tuple[Any, Any]:
     sizing, _ = solid_mesh.sizing_of(scene.tables, 3)
     if start is not None and sizing is not None:
         sizing = dataclasses.replace(sizing, contact_angle=start.touch_angle)
-    build = solid_mesh.build_mesh, solid_mesh.companion
-    own, companion = (of(scene.tables, 3, sizing) for of in build)
-    return own, companion
+    mesh = solid_mesh.build_mesh(scene.tables, 3, sizing)
+    return mesh, solid_mesh.companion(scene.tables, 3, sizing)
 
 
 def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRecord:

@@ -192,8 +192,12 @@ def springs(run: TapResult) -> float:
 
 
 def spacing(mesh: meshes.FingerMesh, angle: float) -> float:
-    """Edge length where the last phalanx, turned by `angle`, is lowest, m."""
-    points = mesh.points[np.unique(mesh.facet_sets["surface"])]
-    low = np.argmin(math.sin(angle) * points[:, 0] + math.cos(angle) * points[:, 1])
-    apart = np.linalg.norm(points - points[low], axis=1)
-    return float(np.sort(apart)[1 : mesh.dim + 1].mean())
+    """Edge length where the last phalanx, turned by `angle`, is lowest, m: that of squares with the
+    diagonals of the facets there, so that facets which are long across the motion count as such.
+    """
+    facets = mesh.facet_sets["surface"]
+    height = math.sin(angle) * mesh.points[:, 0] + math.cos(angle) * mesh.points[:, 1]
+    low = facets.flat[np.argmin(height[facets])]
+    around = mesh.points[facets[(facets == low).any(axis=1)]]
+    diagonals = np.linalg.norm(around - mesh.points[low], axis=2).max(axis=1)
+    return float(diagonals.mean()) / math.sqrt(mesh.dim - 1)

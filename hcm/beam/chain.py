@@ -42,6 +42,7 @@ class Chain(NamedTuple):
     tip : place of the tip node C.
     roundoff : m/s^2, largest acceleration that one rounding of a slope or chord can cause through
         an element's stiffness; an iteration that stalls below it has nothing left to gain.
+    place_roundoff : m, by which an iteration that stalls may still move a node.
     relaxation : (N,) tau, s. damped : whether any tau is not 0.
     """
 
@@ -60,6 +61,7 @@ class Chain(NamedTuple):
     scale: Floats
     tip: int
     roundoff: float
+    place_roundoff: float
     relaxation: Floats
     damped: bool
 
@@ -106,7 +108,8 @@ def build_chain(finger: Finger, drive: Drive) -> tuple[Chain, Floats]:
     chain = Chain(
         first, second, length, axial, mass, bending, hinge, inner, outer, weight,
         np.empty(0), np.empty(0, dtype=np.int64), scale, n - 4,
-        _roundoff(section_properties), relaxation, any(p.relaxation_time for p in phalanges),
+        _roundoff(section_properties), ROUNDINGS * sum(p.length for p in phalanges), relaxation,
+        any(p.relaxation_time for p in phalanges),
     )  # fmt: skip
     fill_chain_by_kind(
         None, np.array(counts), np.array(section_properties), drive.gravity_vector, chain, rest
@@ -174,6 +177,9 @@ fill_chain_by_kind = ByKind(fill_chain)
 SOFTEST_MASS = float(np.linalg.eigvalsh(UNIT_MASS / 420.0)[0])
 # m/s; roundings of velocities up to it, over an element, count as roundings of strain rates.
 FASTEST = 10.0
+# Share of the finger's length that is a place's round-off: 1e-14 and more, far above the noise of
+# an iteration in a long step.
+ROUNDINGS = 100.0 * sys.float_info.epsilon
 
 
 def _roundoff(section_properties: list[tuple[float, ...]]) -> float:

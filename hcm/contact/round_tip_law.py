@@ -11,11 +11,12 @@ history then gives d + s d^2 + C_YY F_n, not d, and the loss 1 - e*^2 is that of
 Tangential, by the method of dimensionality reduction (Popov and Hess 2015, ch. 5): springs at the
 distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 - nu),
 
-    w_i = d - x_i^2/R >= 0,   u_i. = u_X. where |u_i| < mu (E*/G*) w_i,   F_t = -2 G* sum dx_i u_i,
+    w_i = d - x_i^2/R >= 0,  u_i. = u_X. where |u_i| < mu (E*/G*) w_i,  F_t = -2 G* c sum dx_i u_i,
 
-2 for both sides. The spring in the middle slips last (every other one started later, with a limit
-that grows as fast), so that the whole patch slips as one lumped element does: F_t = -s mu F_n until
-V_P = V_t + s mu (E*/G*) u_Y. vanishes. Without partial slip a single spring k_t holds the tip.
+2 for both sides, c near 1 (`evening`). The spring in the middle slips last (every other one started
+later, with a limit that grows as fast), so that the whole patch slips as one lumped element does:
+F_t = -s mu F_n until V_P = V_t + s mu (E*/G*) u_Y. vanishes. Without partial slip a single spring
+k_t holds the tip.
 """
 
 import math
@@ -131,12 +132,28 @@ def spring_displacement(i: int, moved: float, d: float, law: RoundTipLaw) -> tup
 
 
 @kernel
+def evening(reach: float, d: float, law: RoundTipLaw) -> tuple[float, float]:
+    """(c, dc/dd), -, 1/m: the factor with which springs at their limits hold mu F_n.
+
+        c int_0^reach w dx = int_0^a w dx,      w = d - x^2/R,      a^2 = R d.
+
+    reach : width of one side's springs in touch, m. Without c the force would jump, and the mode
+    chatter, where a stick begins slowly.
+    """
+    if not reach > 0.0:
+        return 1.0, 0.0
+    a, held = math.sqrt(law.radius * d), reach * (d - reach * reach / (3.0 * law.radius))
+    c = 2.0 / 3.0 * d * a / held
+    return c, (a - c * reach) / held
+
+
+@kernel
 def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float, float, float]:
-    """Sum of dx u over one side's springs in touch (m^2), its derivatives by `moved` and by d (m),
-    and the sum of dx u^2 (m^3); moved : as in `spring_displacement`.
+    """Sum of c dx u over one side's springs in touch (m^2), its derivatives by `moved` and by d
+    (m), and the sum of c dx u^2 (m^3); c : of `evening`, moved : as in `spring_displacement`.
     """
     limits = law.mu / law.tangential_ratio
-    total, by_way, by_depth, squares = 0.0, 0.0, 0.0, 0.0
+    total, by_way, by_depth, squares, reach = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(law.springs.size):
         if law.depth[i] >= d:
             break
@@ -151,7 +168,9 @@ def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float,
                 by_depth += width * moved * (1.0 - share) / (d - law.memory[INDENTATION])
         total += width * u
         squares += width * u * u
-    return total, by_way, by_depth, squares
+        reach += width
+    c, growth = evening(reach, d, law)
+    return c * total, c * by_way, c * by_depth + growth * total, c * squares
 
 
 @kernel

@@ -10,8 +10,6 @@ stable at any step (Hairer, Lubich and Wanner 2006, sections II.1.3, IV.2.1, VI.
 The stages are solved for by Newton's iteration (`gauss_systems`).
 """
 
-import sys
-
 import numpy as np
 
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
@@ -46,10 +44,6 @@ from hcm.integrators.newton import (
     largest_size,
 )
 from hcm.state import Motion
-
-# Roundings of a place on the finger by which a stalled iteration may still move a stage: 1e-14 of
-# the finger's length, and far more than an iteration's noise in a long step.
-ROUNDINGS = 100.0 * sys.float_info.epsilon
 
 
 @kernel
@@ -145,10 +139,7 @@ def step(
             gauss.stage[i, m] = old.a[m]
     combine(table.a_squared, gauss.stage, gauss.unknown)
     set_torques(old.drive, 0.5 * h, chain.torque)
-    reach, largest = 0.0, 0.0
-    for e in range(chain.length.size):
-        reach += chain.length[e]
-    roundoff = min(chain.roundoff, ROUNDINGS * reach / (h * h))
+    roundoff, largest = min(chain.roundoff, chain.place_roundoff / (h * h)), 0.0
     previous, fast, iterations, factorizations = np.inf, False, work.cost[0], work.cost[1]
     for iteration in range(ITERATIONS):
         if not co.reuse:

@@ -224,6 +224,7 @@ def point_mass(
         tip=4,
         # one rounding of a position of order 1 m, through the spring
         roundoff=float(np.finfo(float).eps) * spring / mass,
+        place_roundoff=1e-14,
         relaxation=np.zeros(1),
         damped=False,
     )

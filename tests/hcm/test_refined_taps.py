@@ -238,3 +238,18 @@ def test_a_later_tap_begins_anew() -> None:
     assert result.status is hcm.Status.COMPLETED
     assert [e.kind for e in result.events].count("separation") == 2
     assert result.summary.energy_residual < 5e-3
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
+def test_a_tap_that_sticks_once_does_not_chatter(accuracy: float) -> None:
+    """V_P passes zero so slowly that a jump of the force there would change the mode again."""
+    last = hcm.Phalanx(0.0961107, 0.015, 1.70769e8, 1766.51, 5, poisson_ratio=0.466851)
+    scene = hcm.Scene(
+        hcm.Finger((last,) * 3),
+        hcm.Surface(0.268572, 0.479274),
+        hcm.Tip(395960.0),
+        assumptions=Assumptions("refined"),
+    )
+    events = hcm.simulate_within(accuracy, scene).events
+    kinds = [event.kind for event in events if "stick" in event.kind]
+    assert kinds == ["slip_to_stick", "stick_to_slip"]

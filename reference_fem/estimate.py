@@ -29,6 +29,7 @@ from reference_fem.mesh_error import (
     IMPULSE,
     PEAK,
     STRESS,
+    TANGENTIAL,
     CompanionRun,
     Resolution,
     rivals,
@@ -44,10 +45,17 @@ from reference_fem.scene import Scene
 from reference_fem.true_body import true_chain, true_gap
 
 Errors = dict[str, float | tuple[float, float]]
+Gap = Callable[[Array], float]  # m, at the phalanges' angles
 Again = Callable[[meshes.FingerMesh, ChainState], TapResult | None]
 
 VELOCITY = "tip_velocity_at_contact_m_per_s"
 
+UNLIKE = (
+    "the mesh of phalanx {} is so coarse that its moment of inertia is {} off: reduce "
+    "solver.fem.axial_size and section_size"
+)
+# Share by which a phalanx's inertia may be off its shape's; corrected masses leave round-off.
+INERTIA_OFF = 1e-3
 ELSEWHERE = (
     "the round end's own flight leads to a different first touch: it grazes the surface, or "
     "magnifies small differences, so no mesh can tell which comes first: start nearer ([start])"
@@ -144,11 +152,13 @@ def estimated(
     flight = Flight(chain, gap, solved.model.points[[solved.model.pole]], flown)
     angle, approach_speed = float(flight.touch.angles[-1]), max(abs(velocity[1]), 1e-300)
     resolution = solved.resolution(run, angle)
-    of_flight, companion_run = WITHOUT_SHAPE, None
+    of_flight, companion_run, unlike = WITHOUT_SHAPE, None, tuple[str, ...]()
     if scene.mesh.shape is not None:
+        body = _true_body(solved, scene.mesh.shape)
         of_flight = _flight_errors(
-            solved, scene.mesh.shape, flight, velocity, approach_speed, resolution
+            solved, scene.mesh.shape, body, flight, velocity, approach_speed, resolution
         )
+        unlike = _unlike(solved.model.symmetry_factor * chain.inertia, body[0])
         if companion is not None:
             tap = again(companion, flown.before(CLEARANCE * solved.radius / approach_speed))
             ratio = spacing(companion, angle) / resolution.edge
@@ -165,7 +175,7 @@ def estimated(
     doubts = (
         *imprecise(run.summary, errors, of_tap.of_mesh, resolution.edge_over_patch),
         *of_tap.open_ends,
-        *_flight_doubts(of_flight, scene.settings.flight, approach_speed),
+        *_flight_doubts(of_flight, scene.settings.flight, approach_speed, unlike),
         *flutter(
             run.forces, scene.surface.friction, scene.materials[-1], resolution.edge,
             resolution.patch,
@@ -177,12 +187,12 @@ def estimated(
 
 
 def _flight_errors(
-    solved: SolvedScene, shape: meshes.FingerGeometry, flight: Flight,
-    velocity: tuple[float, float], approach_speed: float, resolution: Resolution,
+    solved: SolvedScene, shape: meshes.FingerGeometry, body: tuple[RigidChain, Gap],
+    flight: Flight, velocity: tuple[float, float], approach_speed: float, resolution: Resolution,
 ) -> FlightErrors:  # fmt: skip
     """Compare the run's flight with the true body's, and add the motion that it omits."""
     scene, touch = solved.scene, flight.touch
-    late, apart = arrival_errors(flight, *_true_body(solved, shape))
+    late, apart = arrival_errors(flight, *body)
     if scene.settings.flight == "rigid":
         apart = apart + np.abs(flight.pole_velocity(touch) - velocity)
     # where nodes lie is chance: a facet's middle is half a diagonal from the nearest
@@ -228,7 +238,8 @@ def _tap_part(
             of_left[name] = omitted.share(name, approach_speed) * value
     waves = 2.0 * material.density * material.bar_speed
     of_left[STRESS] = of_left.get(STRESS, 0.0) + waves * omitted.ringing_speed
-    of_tap[PEAK] = max(of_tap[PEAK], standing_out(run, solved.model))
+    for name, excess in standing_out(run, solved.model).items():
+        of_tap[name] = max(of_tap[name], excess)
     of_tap |= rivals(run, of_tap)
     of_ends, open_ends = dict[str, float](), tuple[str, ...]()
     if scene.settings.tap_until_s == 0.0:
@@ -245,22 +256,35 @@ def _tap_part(
     return TapPart(errors, of_mesh, open_ends)
 
 
-def _flight_doubts(errors: FlightErrors, flight: str, approach_speed: float) -> tuple[str, ...]:
-    """A caution where the true body comes to another touch, or a flight omits too much of a tap."""
+def _unlike(inertia: Array, true: RigidChain) -> tuple[str, ...]:
+    """A caution where a phalanx kept its meshed masses (`true_body.mass_factors`).
+
+    inertia : (P,), of the meshed bodies, kg m^2
+    """
+    off = np.abs(inertia / true.inertia - 1.0)
+    worst = int(np.argmax(off))
+    return (UNLIKE.format(worst + 1, percent(off[worst])),) if off[worst] > INERTIA_OFF else ()
+
+
+def _flight_doubts(
+    errors: FlightErrors, flight: str, approach_speed: float, unlike: tuple[str, ...]
+) -> tuple[str, ...]:
+    """A caution where the true body comes to another touch, unless its masses explain that, or a
+    flight omits too much of a tap. unlike : of `_unlike`.
+    """
     if errors.of_speed == math.inf:  # nothing is known of another touch
-        return (ELSEWHERE,)
+        return unlike or (ELSEWHERE,)
     left = errors.omitted.share(IMPULSE, approach_speed)
     if left <= LARGEST_LEFT_OUT:
-        return ()
+        return unlike
     share = percent(left) if left < math.inf else "an unknown share"
     # on a coarse mesh, and on any after many periods, the phase of the ringing is arbitrary
     rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
-    return (RINGS.format(share, REMEDY["coarse" if rings and flight == "rigid" else flight]),)
+    remedy = REMEDY["coarse" if rings and flight == "rigid" else flight]
+    return *unlike, RINGS.format(share, remedy)
 
 
-def _true_body(
-    solved: SolvedScene, geometry: meshes.FingerGeometry
-) -> tuple[RigidChain, Callable[[Array], float]]:
+def _true_body(solved: SolvedScene, geometry: meshes.FingerGeometry) -> tuple[RigidChain, Gap]:
     """The true body's chain and gap; with a lumped law the gap is that of the run's own point."""
     true = true_chain(geometry, solved.scene.materials, solved.scene.drive, solved.scene.mesh.dim)
     if isinstance(solved.scene.settings.contact, str):
@@ -268,12 +292,15 @@ def _true_body(
     return true, surface_gap(solved.model, true)
 
 
-def standing_out(run: TapResult, model: Model) -> float:
-    """By how much an unresolved peak force (`cautions.SPIKE`) exceeds the forces beside it, N.
+def standing_out(run: TapResult, model: Model) -> dict[str, float]:
+    """By how much unresolved peaks (`cautions.SPIKE`) exceed the forces beside them, N.
 
     A peak h above both sides has a `spike` of 2 h / 3 F.
     """
     start, lasts = run.summary.contact_time_s or 0.0, run.summary.contact_duration_s or 0.0
-    normal = run.forces.until(start + lasts).normal_force_N
-    share = spike(normal, steps_per_cell_transit(model))
-    return 1.5 * share * float(normal.max()) if share > SPIKE else 0.0
+    forces, found = run.forces.until(start + lasts), {}
+    of = {PEAK: forces.normal_force_N, TANGENTIAL: np.abs(forces.tangential_force_N)}
+    for name, force in of.items():
+        share = spike(force, steps_per_cell_transit(model))
+        found[name] = 1.5 * share * float(force.max()) if share > SPIKE else 0.0
+    return found

@@ -1,5 +1,6 @@
 """Estimated errors: of the body against closed forms, of the tap against laws and finer runs."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
@@ -18,9 +19,11 @@ from reference_fem.mesh_error import (
     LEAST_SHARE,
     PLANE,
     STIFFNESS_EXPONENTS,
+    TANGENTIAL,
     CompanionRun,
     Resolution,
     rivals,
+    spacing,
     tap_errors,
 )
 from reference_fem.model import build_model
@@ -196,7 +199,7 @@ def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(
         "reference_fem.estimate.arrival_errors", lambda *_: (np.inf, np.full(2, np.inf))
     )
-    mesh = meshes.finger_hexahedra(FINGER, COARSE)
+    mesh = meshes.finger_hexahedra(FINGER, meshes.Sizing(8e-3, 8e-3, 8e-3))
     run = rf.simulate(mesh, HARD, rf.Surface(0.1, 0.0), DRIVE, rf.Settings(contact="impulse"))
     errors = dict(run.errors)
     assert errors.pop("peak_tangential_force_N") == 0.0
@@ -206,13 +209,35 @@ def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> N
     assert any("a different first touch" in text for text in run.cautions)
 
 
+def test_a_phalanx_of_a_single_element_has_another_inertia_and_says_so() -> None:
+    """m (L^2/4 + c) instead of m (L^2/12 + R^2/4) about its middle, c up to R^2/4."""
+    mesh = meshes.finger_hexahedra(FINGER, meshes.Sizing(8e-3, L, 8e-3))
+    run = rf.simulate(mesh, HARD, SURFACE, DRIVE, rf.Settings(contact="impulse"))
+    said = re.search(r"moment of inertia is (\d+) % off", " ".join(run.cautions))
+    true = L**2 / 12 + R**2 / 4
+    assert said
+    assert L**2 / 4 / true - 1 < 0.01 * float(said[1]) < (L**2 / 4 + R**2 / 4) / true - 1
+    assert not any("no mesh can tell" in text for text in run.cautions)
+
+
+def test_an_edge_at_the_contact_is_that_of_a_square_with_its_facets_diagonal() -> None:
+    """Facets that are long across the motion are not as fine as their edges along it."""
+    along, across = 3e-4, 2.5e-3
+    x, z = np.meshgrid(along * np.arange(5.0), across * np.arange(3.0), indexing="ij")
+    points = np.stack([x.ravel(), np.abs(x.ravel() - 2 * along), z.ravel()], axis=1)
+    first = (3 * np.arange(4)[:, None] + np.arange(2)).ravel()
+    facets = first[:, None] + [0, 1, 4, 3]
+    mesh: Any = SimpleNamespace(points=points, facet_sets={"surface": facets}, dim=3)
+    assert spacing(mesh, 0.0) == pytest.approx(np.sqrt(along**2 + 0.5 * across**2), rel=1e-12)
+
+
 def test_a_run_states_the_errors_of_other_ends_and_of_a_spike(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """And its record says when its body is down again, as its last fields do."""
     ends: tuple[dict[str, float], tuple[str, ...]] = {"contact_duration_s": 7.0}, ("open",)
     monkeypatch.setattr("reference_fem.estimate.other_ends", lambda *_: ends)
-    monkeypatch.setattr("reference_fem.estimate.standing_out", lambda *_: 1e3)
+    monkeypatch.setattr("reference_fem.estimate.standing_out", lambda *_: {PEAK: 1e3})
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     run = rf.simulate(mesh, HARD, SURFACE, DRIVE, rf.Settings(contact="impulse"))
     # and what its rigid flight leaves out, of a peak of 284 N
@@ -241,8 +266,8 @@ def test_a_peak_that_stands_out_is_known_to_what_it_stands_out_by(
     force[19:21] += height
     force[35:] = 9.0
     run = run_of(1.0, contact_time_s=0.0, contact_duration_s=30.0)
-    run.forces = rf.ForceRecord(np.arange(40.0), force, np.zeros(40), np.zeros(40))
-    assert standing_out(run, model) == pytest.approx(known)
+    run.forces = rf.ForceRecord(np.arange(40.0), force, -0.5 * force, np.zeros(40))
+    assert standing_out(run, model) == pytest.approx({PEAK: known, TANGENTIAL: 0.5 * known})
 
 
 @pytest.mark.parametrize(("error", "late"), [(0.015, 0.4), (0.005, 1e-9)])

@@ -21,7 +21,7 @@ from validation.studies.paper.readings import (
     Reading,
     reading_of,
 )
-from validation.studies.paper.torque_factor import ARRIVAL_CLAIMS, CaseFactor, IdentifiedTorque
+from validation.studies.paper.torque_factor import ARRIVAL_CLAIMS, IdentifiedTorque
 
 ARROW = {1: "right", -1: "left", 0: "stick"}
 BANDED = ("F14.1", "F14.2", "F14.5", "F14.6", "F14.7", "F15.1", "F15.2")
@@ -47,16 +47,6 @@ def _band(runs: CaseRuns, claim: Claim) -> str:
     )
 
 
-def _alone(own: CaseFactor) -> str:
-    """What one case's arrival says of the factor."""
-    if own.factor is None or own.half_width is None:
-        return (
-            "alone it fixes nothing: no factor brings it there, the nearest is"
-            f" {1e3 * own.best_time_s:.3f} ms at {own.best_factor:.3g}"
-        )
-    return f"alone it asks for {own.factor:.4g} +- {own.half_width:.1g}"
-
-
 def _arrivals(found: IdentifiedTorque) -> dict[str, str]:
     numerics = "; ".join(
         f"{name}: factor {fit.factor:.4g}, {fit.misfit_percent:.2g} %"
@@ -64,8 +54,8 @@ def _arrivals(found: IdentifiedTorque) -> dict[str, str]:
     )
     return {
         id_: "the t_3 factor was identified from these times, which it misses by"
-        f" {found.common.misfit_percent:.2g} % (rms); {_alone(found.by_case[case])}; with the"
-        f" article's numerics {numerics}"
+        f" {found.common.misfit_percent:.2g} % (rms); the factor from this one alone:"
+        f" {found.by_case[case].text}; with the article's numerics {numerics}"
         for case, id_ in ARRIVAL_CLAIMS.items()
     }
 

@@ -22,6 +22,10 @@ TIME = "$t - t_c$ (ms)"
 
 Cases = Sequence[tuple[str, str]]  # names and legends
 
+LOW, HIGH = (
+    [(friction_case(mu), rf"$\mu$ = {mu:g}") for mu in frictions]
+    for frictions in ((0.3, 0.5, 0.7), (0.9, 1.1, 1.3))
+)
 MODULI = [("soft E=0.01 GPa", "E = 0.01 GPa"), ("soft E=0.1 GPa", "E = 0.1 GPa"), ("soft", "1 GPa")]
 SLENDER = [
     ("soft delta=32", r"$\delta$ = 32"),
@@ -61,15 +65,6 @@ def figure_7(path: Path, runs: CaseRuns) -> None:
     lines = [(title, runs[f"{scene}{suffix}"].record) for scene in SCENES
              for suffix, title in counts.items()]  # fmt: skip
     mesh_figure(path, lines, SCENES)
-
-
-def figure_10(path: Path, runs: CaseRuns) -> None:
-    """Forces and stress at R under different friction."""
-    low, high = (
-        [(friction_case(mu), rf"$\mu$ = {mu:g}") for mu in frictions]
-        for frictions in ((0.3, 0.5, 0.7), (0.9, 1.1, 1.3))
-    )
-    two_studies(path, runs, low, high)
 
 
 def figure_12(path: Path, runs: CaseRuns) -> None:
@@ -157,7 +152,8 @@ def figure_16(path: Path, runs: CaseRuns) -> None:
 
 FIGURES: dict[str, tuple[str, Callable[[Path, CaseRuns], None]]] = {
     "fig-07": ("Fig. 7: reduced model with N elements in all", figure_7),
-    "fig-10": ("Fig. 10: contact forces and stress at R under different friction", figure_10),
+    "fig-10": ("Fig. 10: contact forces and stress at R under different friction",
+               partial(two_studies, left=LOW, right=HIGH)),
     "fig-11": ("Fig. 11: contact forces and stress at R under different compliance",
                partial(two_studies, left=MODULI, right=SLENDER)),
     "fig-12": ("Fig. 12: hysteresis loops of the normal element", figure_12),

@@ -66,14 +66,9 @@ def particle_velocity(run: CaseRun) -> tuple[Floats, Floats]:
     return time[touching], velocity[touching]
 
 
-def largest_stress(run: CaseRun) -> float:
-    """Maximum of sigma_R over the first tap, Pa: tension is positive, as in the paper's figures."""
-    return float(curve(run, "stress_R_Pa")[1].max())
-
-
 def largest_stress_MPa(run: CaseRun) -> float:
-    """The same in MPa, as the paper prints it."""
-    return 1e-6 * largest_stress(run)
+    """Maximum of sigma_R over the first tap: tension is positive, as in the paper's figures."""
+    return 1e-6 * float(curve(run, "stress_R_Pa")[1].max())
 
 
 def transitions(run: CaseRun, share: float = VISIBLE) -> int:

@@ -52,7 +52,7 @@ def _gross_slip(printed_percent: float, mu: float, printed_fall: float) -> str:
 def _stress_reason(runs: CaseRuns) -> str:
     first, last = map(readings.largest_stress_MPa, _with_friction(runs, (0.3, 0.7)))
     tried = ", ".join(
-        f"{name} {_change(runs, readings.largest_stress, 0.7, f' {name}'):.2f} %"
+        f"{name} {_change(runs, readings.largest_stress_MPa, 0.7, f' {name}'):.2f} %"
         for name in cases.STRESS_VARIED
     )
     return (
@@ -105,8 +105,8 @@ def friction_findings(runs: CaseRuns) -> dict[str, Finding]:
             abs(second / first - 1) < 1e-3,
             f"{first:.4f} and {second:.4f} N at mu = 1.1 and 1.3",
         ),
-        "F10.10": Finding(_change(runs, readings.largest_stress, 0.5)),
-        "F10.11": Finding(_change(runs, readings.largest_stress, 0.7), _stress_reason(runs)),
+        "F10.10": Finding(_change(runs, readings.largest_stress_MPa, 0.5)),
+        "F10.11": Finding(_change(runs, readings.largest_stress_MPa, 0.7), _stress_reason(runs)),
         "F10.12": _steady_stress(runs),
     }
     for id_, mu, expected in (

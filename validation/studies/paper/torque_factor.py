@@ -74,6 +74,16 @@ class CaseFactor:
     best_factor: float
     best_time_s: float
 
+    @property
+    def text(self) -> str:
+        """The factor as text, or how near the printed time any factor brings the case."""
+        if self.factor is None or self.half_width is None:
+            return (
+                f"no factor brings it there; nearest {1e3 * self.best_time_s:.3f} ms"
+                f" with {self.best_factor:.3g}"
+            )
+        return f"{self.factor:.4g} +- {self.half_width:.1g} (the rounding of its printed time)"
+
 
 @dataclass(frozen=True)
 class IdentifiedTorque:
@@ -216,7 +226,7 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
         )
     output(f"  misfit {two_digits(found.misfit_percent)} % (root mean square)")
     for scene, one in identified.by_case.items():
-        output(f"  {scene} alone: {_case_text(one)}")
+        output(f"  {scene} alone: {one.text}")
     for name, fit in identified.by_numerics.items():
         output(f"  with {name}: factor {fit.factor:.4g}, misfit {two_digits(fit.misfit_percent)} %")
     output("not fitted, with the factor at its lower bound, best value and upper bound:")
@@ -224,15 +234,6 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
         for key in by_label["best"]:
             values = ", ".join(_text(by_label[label][key]) for label in ("low", "best", "high"))
             output(f"  {scene}: {key} {values}")
-
-
-def _case_text(one: CaseFactor) -> str:
-    if one.factor is None or one.half_width is None:
-        return (
-            f"no factor brings it there; nearest {1e3 * one.best_time_s:.3f} ms"
-            f" with {one.best_factor:.3g}"
-        )
-    return f"{one.factor:.4g} +- {one.half_width:.1g} (the rounding of its printed time)"
 
 
 def _text(value: Any) -> str:

@@ -6,14 +6,13 @@ elements, and the preset that `fingertap converge` has found to be converged.
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 
 from validation.compare.claims import read_claims
 from validation.compare.differences import error_percent
 from validation.harness.record import RunRecord
-from validation.models.adapter import Progress
 from validation.studies.paper.ledger import Finding
 from validation.studies.paper.readings import CaseRuns, curve, scalar, transitions
 
@@ -39,7 +38,6 @@ VARIANTS: dict[str, tuple[str, ...]] = {
     },
     CONVERGED: ("solver.fem.preset=converged",),
 }
-Runner = Callable[[tuple[str, ...], str], Mapping[str, RunRecord]]
 # Records by variant and scene, also of hcm's run of each scene in a process of its own; a run that
 # failed is absent.
 References = dict[str, Mapping[str, RunRecord]]
@@ -49,15 +47,6 @@ def value_of(references: References, variant: str, scene: str, key: str) -> floa
     """One scalar, None where the run is absent."""
     record = references.get(variant, {}).get(scene)
     return record.value(key) if record else None
-
-
-def run_references(run: Runner, progress: Progress) -> References:
-    """Run all variants on both scenes; ``run`` takes overrides and the variant's name."""
-    records = {}
-    for i, (name, overrides) in enumerate(VARIANTS.items()):
-        progress(i / len(VARIANTS), f"reference, {name}")
-        records[name] = run(overrides, name)
-    return records
 
 
 def penalty_for(target: float, values: Mapping[float, float]) -> float:

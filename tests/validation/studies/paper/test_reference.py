@@ -11,7 +11,6 @@ from validation.studies.paper.validation_findings import (
     SOFTER,
     VARIANTS,
     penalty_for,
-    run_references,
     sensitivity,
     value_of,
 )
@@ -50,17 +49,3 @@ def test_sensitivity_quotes_the_runs_that_were_made() -> None:
 def test_sensitivity_says_nothing_of_runs_that_failed() -> None:
     assert sensitivity({JUDGED: {"hard": _record(180.0)}}, "hard", PEAK, 170.0) == ""
     assert value_of({}, JUDGED, "hard", PEAK) is None
-
-
-def test_all_variants_run_once_on_both_scenes() -> None:
-    asked = []
-
-    def run(overrides: tuple[str, ...], name: str) -> dict[str, RunRecord]:
-        asked.append((name, overrides))
-        return {"hard": _record(1.0), "soft": _record(2.0)}
-
-    shares: list[float] = []
-    found = run_references(run, lambda share, _what: shares.append(share))
-    assert dict(asked) == VARIANTS
-    assert value_of(found, CONVERGED, "soft", PEAK) == 2.0
-    assert shares == sorted(shares)

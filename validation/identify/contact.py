@@ -53,41 +53,37 @@ class Level:
     indentation_m: float
 
 
-PRESSED = tuple(Level.__annotations__)[2:]  # by pressing the mesh: the rest is given
-
-
 @dataclass(frozen=True)
 class ContactIdentification:
     """Results of the tip's static indentation.
 
     force_N : F at which k and eta^2 are stated.
-    stiffness_N_per_m, eta_squared : values on the finest mesh.
+    normal_stiffness_N_per_m, eta_squared : values on the finest mesh.
     stiffness, ratio : their convergence over the levels; None with fewer than three.
-    hertz_N_per_m, mindlin : k after Hertz and eta^2 after Mindlin, at the same force.
-    paper_N_per_m, paper_eta_squared : the scene's own tip (the paper's printed k in its scenes).
-    touch_angle : from the axis, rad; negative towards the upper side.
+    hertz_N_per_m, mindlin_eta_squared : k after Hertz, eta^2 after Mindlin, at the same force.
+    scene_normal_stiffness_N_per_m, scene_eta_squared : the scene's own tip (the paper's printed k
+        in its scenes).
+    touch_angle_deg : from the axis; negative towards the upper side.
     levels : coarse to fine.
     tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
         `EDGES`.
-    force_curve_N, indentation_curve_m, hertz_curve_m : (25,) of the finest mesh.
+    curve : force_N, indentation_m, hertz_indentation_m, each (25,), of the finest mesh.
     """
 
     scene: str
     force_N: float
-    stiffness_N_per_m: float
+    normal_stiffness_N_per_m: float
     eta_squared: float
     stiffness: Convergence | None
     ratio: Convergence | None
     hertz_N_per_m: float
-    mindlin: float
-    paper_N_per_m: float
-    paper_eta_squared: float
-    touch_angle: float
+    mindlin_eta_squared: float
+    scene_normal_stiffness_N_per_m: float
+    scene_eta_squared: float
+    touch_angle_deg: float
     levels: tuple[Level, ...]
     tip_compliance: dict[str, tuple[float, ...]]
-    force_curve_N: tuple[float, ...]
-    indentation_curve_m: tuple[float, ...]
-    hertz_curve_m: tuple[float, ...]
+    curve: dict[str, tuple[float, ...]]
 
 
 def identify_contact(
@@ -130,8 +126,8 @@ def identify_contact(
             raise UserError(f"scene {scene.name}: {error}") from error
         except ArithmeticError as error:
             raise RunFailedError(f"scene {scene.name}: {error}") from error
-        measured = {name: getattr(pressed, name) for name in PRESSED}
-        levels.append(Level(edge, elements, **measured))
+        values = pressed.stiffness_N_per_m, pressed.eta_squared, pressed.contact_radius_m
+        levels.append(Level(edge, elements, *values, pressed.indentation_m))
     forces = force * CURVE
     sizes = [level.edge_m for level in levels]
 
@@ -142,21 +138,23 @@ def identify_contact(
     return ContactIdentification(
         scene=scene.name,
         force_N=force,
-        stiffness_N_per_m=levels[-1].stiffness_N_per_m,
+        normal_stiffness_N_per_m=levels[-1].stiffness_N_per_m,
         eta_squared=levels[-1].eta_squared,
         stiffness=judged("stiffness_N_per_m"),
         ratio=judged("eta_squared"),
         hertz_N_per_m=hertz_stiffness(material, radius, force),
-        mindlin=mindlin_ratio(material.poisson_ratio),
-        paper_N_per_m=tables.tip.normal_stiffness,
-        paper_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
-        touch_angle=angle,
+        mindlin_eta_squared=mindlin_ratio(material.poisson_ratio),
+        scene_normal_stiffness_N_per_m=tables.tip.normal_stiffness,
+        scene_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
+        touch_angle_deg=float(np.degrees(angle)),
         levels=tuple(levels),
         # the keys are those of the mirror image that touches with its lower side
         tip_compliance=yields(scene, material, abs(angle), EDGES[: len(refinements)]),
-        force_curve_N=tuple(forces),
-        indentation_curve_m=tuple(indent(tip, area, f).indentation_m for f in forces),
-        hertz_curve_m=tuple(hertz_indentation(material, radius, f) for f in forces),
+        curve={
+            "force_N": tuple(forces),
+            "indentation_m": tuple(indent(tip, area, f).indentation_m for f in forces),
+            "hertz_indentation_m": tuple(hertz_indentation(material, radius, f) for f in forces),
+        },
     )
 
 

@@ -1,6 +1,7 @@
 """``fingertap identify contact``: k and eta^2 of a scene's tip, as table, plot and JSON."""
 
 import json
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -23,25 +24,26 @@ COLUMNS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "t
 
 def rows(found: ContactIdentification) -> list[dict[str, Any]]:
     """The identified values beside theory and the scene's own (in built-in scenes the paper's)."""
-    theory = float(np.interp(found.force_N, found.force_curve_N, found.hertz_curve_m))
+    curve = found.curve
+    theory = float(np.interp(found.force_N, curve["force_N"], curve["hertz_indentation_m"]))
     return [
         {
             "quantity": f"k, the spring of the same energy at F = {found.force_N:.4g} N",
             "unit": "N/m",
-            "static_indentation": found.stiffness_N_per_m,
+            "static_indentation": found.normal_stiffness_N_per_m,
             "uncertainty": found.stiffness and found.stiffness.error,
             "theory": found.hertz_N_per_m,
             "theory_is": "Hertz, 5 F/(4 delta)",
-            "scene": found.paper_N_per_m,
+            "scene": found.scene_normal_stiffness_N_per_m,
         },
         {
             "quantity": "eta^2, normal over tangential stiffness there, sticking",
             "unit": "1",
             "static_indentation": found.eta_squared,
             "uncertainty": found.ratio and found.ratio.error,
-            "theory": found.mindlin,
+            "theory": found.mindlin_eta_squared,
             "theory_is": "Mindlin, (2 - nu)/(2 (1 - nu))",
-            "scene": found.paper_eta_squared,
+            "scene": found.scene_eta_squared,
         },
         {
             "quantity": "indentation at that force",
@@ -56,43 +58,28 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
 def to_json(found: ContactIdentification) -> dict[str, Any]:
     """The object that ``--json`` prints and the file holds."""
     return {
-        "scene": found.scene,
-        "force_N": found.force_N,
-        "normal_stiffness_N_per_m": found.stiffness_N_per_m,
+        **{key: value for key, value in asdict(found).items() if key not in ("stiffness", "ratio")},
         "normal_stiffness_uncertainty_N_per_m": found.stiffness and found.stiffness.error,
         "normal_stiffness_verdict": found.stiffness and found.stiffness.verdict,
-        "eta_squared": found.eta_squared,
         "eta_squared_uncertainty": found.ratio and found.ratio.error,
         "eta_squared_verdict": found.ratio and found.ratio.verdict,
         "tangential_ratio": 1 / found.eta_squared,
-        "hertz_N_per_m": found.hertz_N_per_m,
-        "mindlin_eta_squared": found.mindlin,
-        "scene_normal_stiffness_N_per_m": found.paper_N_per_m,
-        "scene_eta_squared": found.paper_eta_squared,
-        "touch_angle_deg": float(np.degrees(found.touch_angle)),
         "reference_section": "through the hemisphere's centre, best-fit rigid motion",
-        "levels": [vars(level) for level in found.levels],
-        "tip_compliance": {key: list(values) for key, values in found.tip_compliance.items()},
-        "curve": {
-            "force_N": found.force_curve_N,
-            "indentation_m": found.indentation_curve_m,
-            "hertz_indentation_m": found.hertz_curve_m,
-        },
     }
 
 
 def draw(path: Path, found: ContactIdentification) -> None:
     """Draw force over indentation: statics, Hertz, and the linear springs."""
-    force, top = found.force_curve_N, 1.15 * found.force_N
+    force, top = found.curve["force_N"], 1.15 * found.force_N
     with panels(path, 1, width=5.2, height=3.6) as ((axis,),):
-        for curve, color, line, name in (
-            (found.indentation_curve_m, BLACK, "-", "static indentation"),
-            (found.hertz_curve_m, BLUE, "--", "Hertz"),
+        for key, color, line, name in (
+            ("indentation_m", BLACK, "-", "static indentation"),
+            ("hertz_indentation_m", BLUE, "--", "Hertz"),
         ):
-            axis.plot(1e6 * np.array(curve), force, color=color, ls=line, label=name)
+            axis.plot(1e6 * np.array(found.curve[key]), force, color=color, ls=line, label=name)
         for stiffness, color, name in (
-            (found.stiffness_N_per_m, ORANGE, "spring of the same energy"),
-            (found.paper_N_per_m, GREY, "the scene's k"),
+            (found.normal_stiffness_N_per_m, ORANGE, "spring of the same energy"),
+            (found.scene_normal_stiffness_N_per_m, GREY, "the scene's k"),
         ):
             axis.plot([0, 1e6 * top / stiffness], [0, top], color=color, lw=1, label=name)
         axis.axhline(found.force_N, color=BLACK, lw=0.6, ls=":")

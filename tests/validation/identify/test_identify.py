@@ -40,15 +40,15 @@ def springs(monkeypatch: Patch) -> None:
 def test_identification_is_stated_at_the_reduced_models_own_peak() -> None:
     scene = load_scene("soft", ("finger.elements=5",))
     found = identify.identify_contact(scene)
-    assert identify.reduced_peak(scene, found.stiffness_N_per_m) == pytest.approx(
+    assert identify.reduced_peak(scene, found.normal_stiffness_N_per_m) == pytest.approx(
         found.force_N, rel=1e-3
     )
     assert found.stiffness.asymptotic
     assert found.eta_squared == 1.5
-    assert found.mindlin == pytest.approx(4 / 3)
-    assert found.paper_N_per_m == 0.78e6
+    assert found.mindlin_eta_squared == pytest.approx(4 / 3)
+    assert found.scene_normal_stiffness_N_per_m == 0.78e6
     # Hertz at that force: k = 5 F/(4 delta).
-    delta = np.interp(found.force_N, found.force_curve_N, found.hertz_curve_m)
+    delta = np.interp(found.force_N, found.curve["force_N"], found.curve["hertz_indentation_m"])
     assert found.hertz_N_per_m == pytest.approx(1.25 * found.force_N / delta, rel=1e-3)
 
 
@@ -122,7 +122,7 @@ def test_identified_contact_of_the_soft_finger() -> None:
     found = identify.identify_contact(load_scene("soft"))
     # A sphere that is not a half-space: the indentation is measured a radius away, which leaves
     # 2 a/(pi R) = 6 % of Hertz's out; the mesh knows k to a few percent.
-    assert found.stiffness_N_per_m == pytest.approx(1.06 * found.hertz_N_per_m, rel=0.04)
+    assert found.normal_stiffness_N_per_m == pytest.approx(1.06 * found.hertz_N_per_m, rel=0.04)
     assert 1.3 < found.eta_squared < 1.8
     # the closed form, and what its own statics are known to
     for key, wanted, known in (("nn", -0.15, 0.06), ("nt", 0.34, 0.05), ("tt", 1.6, 0.15)):

@@ -151,7 +151,7 @@ def contact_rung(
     The rows, and the finest runs: of the reference from the common impact, of the reference and
     of the reduced model each from its own flight.
     """
-    contact = Contact(found.stiffness_N_per_m, 1 / found.eta_squared)
+    contact = Contact(found.normal_stiffness_N_per_m, 1 / found.eta_squared)
     diameter = scene.tables.smallest_diameter
     meshes = CONTACT_FULL if full else CONTACT
     settings = [mesh_keys(mesh, diameter) for mesh in meshes]
@@ -186,8 +186,8 @@ def causes(
     Hertz's law of the same energy (the force law), and finally with its own contact.
     """
     ratio, lossless = 1 / found.eta_squared, scene.tables.tip.restitution == 1.0
-    linear = Contact(found.stiffness_N_per_m, ratio)
-    hertz = Contact(found.stiffness_N_per_m, ratio, found.force_N)
+    linear = Contact(found.normal_stiffness_N_per_m, ratio)
+    hertz = Contact(found.normal_stiffness_N_per_m, ratio, found.force_N)
     changes = {
         "reduced model, identified k at the tip node": runs.obtain(reduced, scene, linear, impact),
         "the solid instead of the beams, same spring at its flat end": runs.obtain(

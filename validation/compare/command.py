@@ -11,11 +11,13 @@ from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import NoEstimate, Overrides, Source
 from validation.harness.console import WIDTH, output, say, shown
 from validation.harness.files import exclusive_folder, safe_name, write_text
+from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
+from validation.harness.store import NO_STORE
 from validation.harness.uncertainty import with_error
 from validation.models import estimate_override
-from validation.runs.execute import solve_into
+from validation.runs.command import Kept, failure_of, stored_or_solved
 from validation.scenes.load import load_scene
 
 WALL_TIME = "wall_time_s"
@@ -88,10 +90,11 @@ def compare(
     }
     name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
     with exclusive_folder(out / "compare" / name) as folder:
-        records = {
-            which: solve_into(folder / which, named, model, f"{named.name} {model} {which}").record
-            for which, named in scenes.items()
-        }
+        runs: dict[str, Kept] = {}
+        for which, named in scenes.items():
+            runs[which] = stored_or_solved(named, model, folder / which, NO_STORE, None)
+            unless_interrupted(runs[which].record)
+        records = {which: kept.record for which, kept in runs.items()}
         table = difference_table(records["scene"], records["changed"])
         write_text(folder / "differences.csv", table.to_csv(index=False))
     output(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
@@ -100,7 +103,7 @@ def compare(
     for which, record in records.items():
         if record.ok and record.message:
             say(f"caution: {which}: {record.message}")
-    for which, record in records.items():
-        if not record.ok:
-            raise RunFailedError(f"compare {scene}, {which}: {record.message}; see {folder}")
+    for which, kept in runs.items():
+        if failure := failure_of(kept, folder / which, None):
+            raise RunFailedError(f"compare {scene}, {which}: {failure}")
     output(f"files in {folder}")

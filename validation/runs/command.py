@@ -79,9 +79,9 @@ def run_scene(
             store = Store((out or DEFAULT_OUT) / "store", fresh)
             kept = stored_or_solved(named, model, folder, store, checkpoint)
     else:
-        outcome = _solved(named, model, folder, None)
+        outcome, keep_alone = _solved(named, model, folder, None), exclusive_folder(folder)(keep)
         failed = not outcome.record.ok
-        kept = Kept(outcome.record, _unwritten(_keep_alone, folder, outcome) if failed else "")
+        kept = Kept(outcome.record, _unwritten(keep_alone, folder, outcome) if failed else "")
     record = kept.record
     if record.ok and record.message:
         say(f"caution: {record.message}")
@@ -199,11 +199,6 @@ def _going_on(checkpoint: Checkpoint | None) -> str:
     if checkpoint is None or not checkpoint.path.exists():
         return ""
     return f"with --resume goes on from {checkpoint.path}"
-
-
-def _keep_alone(folder: Path, outcome: Outcome) -> None:
-    with exclusive_folder(folder):
-        keep(folder, outcome)
 
 
 def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Result) -> str:

@@ -10,9 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.console import progress_bar
-from validation.harness.files import exclusive_folder, safe_name, write_text
-from validation.harness.interrupts import unless_interrupted
+from validation.harness.files import safe_name, write_text
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB, workers
 from validation.harness.record import RunRecord
 from validation.harness.run_files import clear_run, write_run
@@ -155,21 +153,6 @@ def keep(folder: Path, outcome: Outcome) -> None:
     """Write a run's files, replacing those that were there; see `write_run`."""
     clear_run(folder)
     write_run(folder, outcome.record, outcome.fields)
-
-
-def solve_into(folder: Path, scene: NamedScene, model: str, label: str) -> Outcome:
-    """Solve with a progress bar labelled `label`, and keep the run in a folder.
-
-    Raises UserError: the model cannot take this scene, or another command writes to the folder.
-    Raises RunFailedError: as `solve`.
-    Raises KeyboardInterrupt: the user stopped it; what the run had is kept.
-    """
-    with exclusive_folder(folder):
-        with progress_bar(label) as progress:
-            outcome = solve(scene, model, folder, progress)
-        keep(folder, outcome)
-    unless_interrupted(outcome.record)
-    return outcome
 
 
 def failed(job: Job, status: str, message: str) -> RunRecord:

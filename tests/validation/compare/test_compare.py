@@ -10,7 +10,6 @@ import pytest
 from tests.validation.commands import Make, Patch, Run, call
 from validation.compare.command import difference_lines, difference_table
 from validation.models.adapter import Outcome
-from validation.runs import execute
 
 HCM = ("compare", "soft", "--model", "hcm")
 
@@ -51,13 +50,13 @@ def test_what_a_run_lacks_is_empty(make_record: Make) -> None:
 def fake_runs(monkeypatch: Patch, make_record: Make) -> None:
     """A model whose peak is the friction coefficient's hundredfold, and fails without friction."""
 
-    def solve(scene, model, folder, progress):  # type: ignore[no-untyped-def]
+    def solve(scene, model, folder, progress, checkpoint):  # type: ignore[no-untyped-def]
         friction = scene.tables.surface.friction
         ok = friction > 0
         message = "it is wet" * (friction > 0.5) if ok else "slid away; add friction"
         return Outcome(make_record(peak=100 * friction, ok=ok, message=message))
 
-    monkeypatch.setattr(execute, "solve", solve)
+    monkeypatch.setattr("validation.runs.command.solve", solve)
 
 
 @pytest.mark.usefixtures("fake_runs")
@@ -92,7 +91,7 @@ def test_no_number_has_more_digits_than_its_error_leaves(make_record: Make) -> N
 def test_a_failed_run_and_nothing_to_change(tmp_path: Path, fingertap: Run) -> None:
     ended = fingertap(*HCM, "--set", "surface.friction=0", "--out", tmp_path)
     assert ended.code == 1
-    assert "compare soft, changed: slid away; add friction; see " in ended.err
+    assert "compare soft, changed: slid away; add friction; partial results are in " in ended.err
     ended = fingertap(*HCM, "--out", tmp_path)
     assert ended.code == 2
     assert "nothing to change; give --set KEY=VALUE" in ended.err

@@ -13,11 +13,11 @@ import pytest
 import hcm
 from tests.validation.commands import Capture, Make, Patch
 from validation import cli
+from validation.compare.command import compare
 from validation.harness.interrupts import PATIENCE_S, heard_interrupts
 from validation.harness.timing import shortest
 from validation.models.adapter import Outcome
 from validation.models.hcm import HCM, hcm_scene
-from validation.runs import execute
 from validation.scenes.load import load_scene
 from validation.validate.ladder import runs
 
@@ -128,10 +128,11 @@ def test_what_needs_a_whole_run_keeps_an_interrupted_one_and_ends(
     make_record: Make, monkeypatch: Patch, tmp_path: Path
 ) -> None:
     outcome = Outcome(make_record(model="fem3d", status="INTERRUPTED", ok=False))
-    monkeypatch.setattr(execute, "solve", lambda *_: outcome)
+    monkeypatch.setattr("validation.runs.command.solve", lambda *_: outcome)
     with pytest.raises(KeyboardInterrupt):
-        execute.solve_into(tmp_path / "kept", load_scene("soft"), "fem3d", "")
-    assert (tmp_path / "kept" / "summary.json").exists()
+        compare("soft", model="fem3d", overrides=("surface.friction=0.4",), out=tmp_path)
+    (kept,) = tmp_path.glob("compare/*/*/summary.json")
+    assert kept.parent.name == "scene"
     with pytest.raises(KeyboardInterrupt):
         runs._completed(outcome.record)
 

@@ -23,14 +23,6 @@ def contact_curve(record: RunRecord, name: str, time: NDArray[Any]) -> NDArray[A
     return np.interp(time, forces["time_s"] - contact, forces[name], left=0.0, right=0.0)
 
 
-def steps_within(end: float, records: Sequence[RunRecord]) -> NDArray[Any]:
-    """Times t - t_c from 0 to ``end`` (s): every step of every run, and both ends."""
-    starts = [record.value("contact_time_s") or 0.0 for record in records]
-    steps = [record.contact_forces["time_s"] - t for record, t in zip(records, starts, strict=True)]
-    time = np.unique(np.concatenate([[0.0, end], *steps]))
-    return time[(time >= 0.0) & (time <= end)]
-
-
 def first_tap(
     records: Sequence[RunRecord], name: str, samples: int | None = None
 ) -> tuple[NDArray[Any], list[NDArray[Any]]] | None:
@@ -38,11 +30,16 @@ def first_tap(
 
     None where a run has no contact or one that is not over, or where no contact lasts any time.
 
-    samples : equally spaced times; None takes every step of every run.
+    samples : equally spaced times; None takes every step of every run, and both ends.
     """
     ends = [record.value("contact_duration_s") for record in records]
     latest = max((end for end in ends if end is not None), default=0.0)
     if None in ends or latest <= 0.0:
         return None
-    time = np.linspace(0.0, latest, samples) if samples else steps_within(latest, records)
+    if samples:
+        time = np.linspace(0.0, latest, samples)
+    else:
+        steps = [r.contact_forces["time_s"] - (r.value("contact_time_s") or 0.0) for r in records]
+        time = np.unique(np.concatenate([[0.0, latest], *steps]))
+        time = time[(time >= 0.0) & (time <= latest)]
     return time, [contact_curve(record, name, time) for record in records]

@@ -17,13 +17,12 @@ all cut to 0..1; identical curves give 1. Grades: excellent above 0.94, good abo
 Source: ISO/TS 18571:2014, Road vehicles - Objective rating metric for non-ambiguous signals.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from validation.compare.force_curves import first_tap
-from validation.harness.record import RunRecord
+from validation.harness.record import Floats, RunRecord
 
 INNER, OUTER = 0.05, 0.5
 LARGEST_SHIFT = 0.2
@@ -33,8 +32,6 @@ WARP = 0.1
 WEIGHTS = (0.4, 0.2, 0.2, 0.2)
 GRADES = ((0.94, "excellent"), (0.80, "good"), (0.58, "fair"))
 SAMPLES = 501  # per contact window; more change R by less than 0.001, and warping costs N^2
-
-Floats = NDArray[Any]
 
 
 class Rating(NamedTuple):

@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from validation.converge import verdicts
 from validation.converge.refinement_runs import LevelRuns
@@ -114,7 +114,13 @@ def run_converge(
         title = f"{runs.scene.name} finger, {model}"
         convergences = verdicts.judged(results)
         (folder / verdicts.STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
-        write_table(folder, "levels", table_of(verdicts.level_rows(results)), f"Runs of {title}")
+        levels: list[dict[str, Any]] = [
+            {"refinement": run.refinement.name, "refined": run.refinement.size_name, "size": size}
+            | values
+            for run in results
+            for size, values in run.values.items()
+        ]
+        write_table(folder, "levels", table_of(levels), f"Runs of {title}")
         names = [refinement.name for refinement in wanted]
         of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences, names)
         rows = [*verdicts.verdict_rows(convergences), *of_preset]

@@ -40,16 +40,6 @@ class RefinedRuns:
         return [] if None in values else [float(value) for value in values if value is not None]
 
 
-def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
-    """One row per run."""
-    return [
-        {"refinement": found.refinement.name, "refined": found.refinement.size_name, "size": size}
-        | values
-        for found in results
-        for size, values in found.values.items()
-    ]
-
-
 def judged(results: Sequence[RefinedRuns]) -> Convergences:
     """Verdict on each refinement and quantity that has three levels."""
     return {

@@ -132,7 +132,8 @@ def _refined(
 def _next_target(run: Outcome, target: float, wanted: float) -> float:
     """What to size the next mesh for, as this run's is for `target`; 0: no mesh would help."""
     left, expects = run.mesh_error, run.record.accuracy["expected"]
-    if left is None or expects is None or target <= min(wanted, reference_fem.SMALLEST):
+    smallest = min(wanted, reference_fem.SMALLEST)
+    if left is None or expects is None or target <= smallest:
         return 0.0
     # errors that no mesh reduces take their part of the wanted one, if there is room for both
     room = math.sqrt(max(wanted**2 - (expects**2 - left**2), 0.0))
@@ -140,13 +141,9 @@ def _next_target(run: Outcome, target: float, wanted: float) -> float:
     if left <= room:
         return 0.0
     by = min(max(left / room, LEAST_FACTOR), MOST_FACTOR)
-    return _not_below_smallest(min(target, reference_fem.COARSEST) / by, wanted)
-
-
-def _not_below_smallest(target: float, wanted: float) -> float:
-    """The target, or the smallest that a mesh is sized for if no further one fits in between."""
-    smallest = min(wanted, reference_fem.SMALLEST)
-    return smallest if target < LEAST_FACTOR * smallest else target
+    following = min(target, reference_fem.COARSEST) / by
+    # the smallest that a mesh is sized for, if no further one fits in between
+    return smallest if following < LEAST_FACTOR * smallest else following
 
 
 def _chosen_mesh(search: _Search) -> dict[str, Any]:

@@ -136,7 +136,9 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     if fem.mesh is not None:
         return None, None
     stated = fem.stated(meshes.Sizing)
-    base = _scaled(meshes.SIZINGS[fem.preset], tables)
+    base, scale = meshes.SIZINGS[fem.preset], size_scale(tables)
+    lengths = ("section_size", "axial_size", "tip_size", "patch_size")
+    base = replace(base, **{name: scale * getattr(base, name) for name in lengths})
     if sizes is not None:
         diameter = tables.smallest_diameter
         base = meshes.Sizing(
@@ -228,13 +230,6 @@ def relaxing_nowhere(mesh: meshes.FingerMesh) -> meshes.FingerMesh:
 def size_scale(tables: Scene) -> float:
     """The factor on the presets' sizes for this finger."""
     return tables.smallest_diameter / PRESET_DIAMETER
-
-
-def _scaled(sizing: meshes.Sizing, tables: Scene) -> meshes.Sizing:
-
-    names = ("section_size", "axial_size", "tip_size", "patch_size")
-    sizes = {name: size_scale(tables) * getattr(sizing, name) for name in names}
-    return replace(sizing, **sizes)
 
 
 def predicted_touch(tables: Scene, dimension: Dimension) -> Any:

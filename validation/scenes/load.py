@@ -113,11 +113,6 @@ def parse_value(text: str, origin: str) -> Any:
     return parsed["value"] if list(parsed) == ["value"] else text
 
 
-def key_of(assignment: str) -> str:
-    """The left side of KEY=VALUE."""
-    return assignment.partition("=")[0].strip()
-
-
 def sets(assignment: str, key: str) -> bool:
     """Whether KEY=VALUE sets a dotted key, directly or in a table."""
     found: Any = override({}, assignment)

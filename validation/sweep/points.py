@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.errors import UserError
-from validation.scenes.load import key_of, parse_value, read_text
+from validation.scenes.load import parse_value, read_text
 from validation.scenes.messages import show
 from validation.sweep.axis import (
     MOST_POINTS,
@@ -113,7 +113,8 @@ def _from_file(plan: Plan) -> PointTable:
         raise UserError(f"{origin}: is not CSV: {error}") from error
     names = [name.strip() for name in lines[0][1]] if lines else []
     wanted = plan.points.columns or names
-    settled = [*map(key_of, plan.common), *(key for s in plan.solvers for key in s.set)]
+    settled = [text.partition("=")[0] for text in plan.common]
+    settled += [key for solver in plan.solvers for key in solver.set]
     for name in wanted:
         if name not in names:
             has = ", ".join(names) or "none"

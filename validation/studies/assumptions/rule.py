@@ -19,17 +19,6 @@ ALLOWED = (1.0, 2.0, 5.0)  # percent
 WRONG = 0.05  # largest wrong share of the scenes that a rule holds for, when fitted
 
 
-def features(table: pd.DataFrame) -> pd.DataFrame:
-    """What is known of each scene before its run: the predicted patch, slenderness, friction."""
-    return pd.DataFrame(
-        {
-            "a/R": table["patch_over_radius"],
-            "L/d": table["finger.length"] / DIAMETER,
-            "mu": table["surface.friction"],
-        }
-    )
-
-
 @dataclass(frozen=True)
 class Rule:
     """The rule ``sign x <= limit`` for the quantity x of that name; without one it never holds."""
@@ -71,7 +60,13 @@ def rules(table: pd.DataFrame, moved: Floats, names: list[str], cost: Floats) ->
     moved : (assumption, scene), percent, nan where a run did not complete.
     cost : (assumption,), the median share of the refined model's time that a run takes without it.
     """
-    known = features(table)
+    known = pd.DataFrame(  # before a run: the predicted patch, slenderness, friction
+        {
+            "a/R": table["patch_over_radius"],
+            "L/d": table["finger.length"] / DIAMETER,
+            "mu": table["surface.friction"],
+        }
+    )
     halves = np.array_split(np.arange(len(table)), 2)
     rows: list[dict[str, Any]] = []
     for name, one, share in zip(names, moved, cost, strict=True):

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import xarray
-from numpy.typing import NDArray
 
 from hcm.arrays import Floats
 from validation.compare.figures import assumption_bars
@@ -213,16 +212,12 @@ def shares_of(errors: Floats, names: Sequence[str], bars: Floats) -> pd.DataFram
         row: dict[str, Any] = {"assumptions": name}
         for n, entry in enumerate(TAP_AND_STRESS):
             row[f"{entry.title} (%)"] = float(np.median(one[:, n]))
-            row[f"{entry.title} in {limits[n]:g} %"] = _share(one[:, n] <= limits[n])
-        row["all four"] = _share((one <= limits).all(axis=1))
-        row["within these and the bars"] = _share((one <= limits + bars).all(axis=1))
-        row[f"all within {OUTER:g} %"] = _share((one <= OUTER).all(axis=1))
+            row[f"{entry.title} in {limits[n]:g} %"] = 100.0 * (one[:, n] <= limits[n]).mean()
+        row["all four"] = 100.0 * (one <= limits).all(axis=1).mean()
+        row["within these and the bars"] = 100.0 * (one <= limits + bars).all(axis=1).mean()
+        row[f"all within {OUTER:g} %"] = 100.0 * (one <= OUTER).all(axis=1).mean()
         rows.append(row)
     return pd.DataFrame(rows)
-
-
-def _share(inside: NDArray[np.bool_]) -> float:
-    return 100.0 * float(inside.mean())
 
 
 def _draw(path: Path, table: pd.DataFrame, errors: Floats, variants: tuple[Variant, ...]) -> None:

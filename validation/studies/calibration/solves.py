@@ -114,20 +114,18 @@ def _tight_solid(case: RandomTap) -> Solve | None:
 
 def _tight_beams(scene: NamedScene, case: RandomTap) -> Solve | None:
     given = hcm_scene(scene, estimate=False)
-    tight = _tighter(given) if case.accuracy is None else _within(scene, given, case.accuracy)
+    if case.accuracy is None:
+        s = given.settings
+        flight, contact = s.flight_tolerance / TOLERANCES, s.contact_tolerance / TOLERANCES
+        tight = _finer(given, ELEMENTS, flight_tolerance=flight, contact_tolerance=contact)
+    else:
+        tight = _within(scene, given, case.accuracy)
 
     def solve() -> RunRecord:
         result = unless_interrupted(hcm.simulate_scene(tight))
         return to_record(result, scene, "hcm", "", result.statistics.wall_time_s)
 
     return solve if tight is not None else None
-
-
-def _tighter(given: Any) -> Any:
-    """The scene with smaller tolerances and more elements."""
-    s = given.settings
-    flight, contact = s.flight_tolerance / TOLERANCES, s.contact_tolerance / TOLERANCES
-    return _finer(given, ELEMENTS, flight_tolerance=flight, contact_tolerance=contact)
 
 
 def _within(scene: NamedScene, given: Any, accuracy: float) -> Any:

@@ -10,6 +10,7 @@ from validation.harness.files import atomic
 # Okabe and Ito's palette: distinct in print and for colour-blind readers.
 BLACK, ORANGE, BLUE, GREEN, GREY = "#111111", "#d55e00", "#0072b2", "#009e73", "#888888"
 COLORS = (BLACK, ORANGE, BLUE, GREEN, "#cc79a7", "#e69f00", "#56b4e9")
+TICKS = 5  # labels of a logarithmic axis, about: more run together
 
 STYLE = {
     "font.size": 9,
@@ -63,6 +64,18 @@ def panels(
                 figure.savefig(temporary, format="svg", metadata={"Date": None})
         finally:
             plt.close(figure)
+
+
+def few_labels(axis: Any) -> None:
+    """Label a logarithmic x axis at decades, or between them if it has less than two."""
+    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
+
+    low, high = axis.get_xlim()
+    between = (1, 2, 5) if high < 100.0 * low else (1,)
+    few = MaxNLocator(TICKS) if high < 10.0 * low else LogLocator(subs=between, numticks=TICKS)
+    axis.xaxis.set_major_locator(few)
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.xaxis.set_minor_formatter(NullFormatter())
 
 
 def label(axis: Any, title: str, x: str, y: str) -> None:

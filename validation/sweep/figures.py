@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from validation.harness.figures import BLACK, BLUE, COLORS, GREY, panels
+from validation.harness.figures import BLACK, BLUE, COLORS, GREY, TICKS, few_labels, panels
 from validation.harness.quantities import TAP_AND_STRESS
 from validation.scenes.messages import known_keys
 from validation.sweep.axis import scene_number_of
@@ -18,7 +18,6 @@ from validation.sweep.sensitivity import Floats
 MOST_MAPPED = 8  # variables of a map: 28 panels
 WIDE = 20.0  # ratio of the largest to the smallest magnitude above which axes are logarithmic
 LINEAR = 1000.0  # axes with both signs are linear below the largest value over this, at least
-TICKS = 5  # labels of a logarithmic axis, about: more run together
 
 
 def draw_parity(path: Path, data: xarray.Dataset, pair: Pair, labels: Sequence[str]) -> None:
@@ -76,21 +75,9 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
                 axis.step(100 * rises, 100 * share, where="post", color=color, label=title)
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
-            _few_labels(axis)
+            few_labels(axis)
         figure, named = axes[0, 0].figure, axes[0, 0].get_legend_handles_labels()
         figure.legend(*named, loc="outside lower center", ncols=2)
-
-
-def _few_labels(axis: Any) -> None:
-    """Label a logarithmic x axis at decades, or between them if it has less than two."""
-    from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
-
-    low, high = axis.get_xlim()
-    between = (1, 2, 5) if high < 100.0 * low else (1,)
-    few = MaxNLocator(TICKS) if high < 10.0 * low else LogLocator(subs=between, numticks=TICKS)
-    axis.xaxis.set_major_locator(few)
-    axis.xaxis.set_major_formatter("{x:g}")
-    axis.xaxis.set_minor_formatter(NullFormatter())
 
 
 def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:

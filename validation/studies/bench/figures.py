@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.compare.tap_errors import tap_errors
-from validation.harness.figures import BLACK, BLUE, COLORS, GREY, ORANGE, panels
+from validation.harness.figures import BLACK, BLUE, COLORS, GREY, ORANGE, few_labels, panels
 from validation.harness.uncertainty import two_digits
 from validation.studies.bench.bar import OWN, BarRow
 from validation.studies.bench.hcm_speed import Size, exponent
@@ -18,7 +18,6 @@ from validation.studies.bench.work_precision import Point, front
 
 MARKERS = "osD^vPX"
 SMALLEST = 1e-12  # drawn for an error of zero
-MANY = 300.0  # times a range's low end: too wide for three ticks per decade
 HEADROOM = 6.0  # above the highest point, for the crosses of failed runs
 ERRORS = (
     ("peak", r"error of peak $F_n$"),
@@ -59,16 +58,6 @@ def _logarithmic(axis: Any, title: str, x: str, size: int) -> None:
     axis.set_title(title, fontsize=size)
 
 
-def _plain_ticks(axis: Any) -> None:
-    """Write ticks as plain numbers, at 1, 2, 5 of every decade if there are few decades."""
-    from matplotlib.ticker import LogLocator, NullFormatter, StrMethodFormatter
-
-    low, high = axis.get_view_interval()
-    axis.set_major_locator(LogLocator(subs=(1, 2, 5) if high < MANY * low else (1,)))
-    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axis.set_minor_formatter(NullFormatter())
-
-
 def work_precision(path: Path, points: Sequence[Point]) -> None:
     """Draw a row per study, a column per quantity; a dotted line is the truth's own error."""
     studies = list(dict.fromkeys(point.study for point in points))
@@ -91,7 +80,7 @@ def work_precision(path: Path, points: Sequence[Point]) -> None:
                 if study in TRUTHS and quantity != "event_s":
                     axis.axhline(TRUTHS[study].own_error, color=GREY, linewidth=0.8, linestyle=":")
                 _logarithmic(axis, f"{study}: {title}", "time (ms)", 9)
-                _plain_ticks(axis.xaxis)
+                few_labels(axis)
                 if axis.lines:
                     axis.legend(fontsize=6, frameon=True, framealpha=0.7, edgecolor="none")
 

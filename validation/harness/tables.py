@@ -38,21 +38,20 @@ def for_people(table: pd.DataFrame) -> pd.DataFrame:
 
 def write_table(
     folder: Path, name: str, table: pd.DataFrame, caption: str, shown: pd.DataFrame | None = None
-) -> None:
-    """Write ``name.csv``, ``name.md`` and ``name.tex``.
+) -> str:
+    """Write ``name.csv``, ``name.md`` and ``name.tex``; returns the text of the second.
 
     shown : what people see in the latter two; None: the table.
     """
     write_text(folder / f"{name}.csv", table.to_csv(index=False, float_format="%.10g"))
     people = for_people(table if shown is None else shown)
-    write_text(
-        folder / f"{name}.md",
-        f"{caption}\n\n{people.to_markdown(index=False, disable_numparse=True)}\n",
-    )
+    markdown = f"{caption}\n\n{people.to_markdown(index=False, disable_numparse=True)}\n"
+    write_text(folder / f"{name}.md", markdown)
     people.columns = [heading(str(column)) for column in people.columns]
     written, label = caption.translate(LATEX), f"tab:{name}"
     latex = people.to_latex(index=False, escape=True, caption=written, label=label)
     write_text(folder / f"{name}.tex", latex)
+    return markdown
 
 
 def table_of(rows: Iterable[Any], columns: Sequence[str] | None = None) -> pd.DataFrame:

@@ -12,25 +12,23 @@ import pandas as pd
 
 from validation import DATA
 from validation.harness.console import output
-from validation.harness.files import remove, write_json, write_text
+from validation.harness.files import remove, write_json
 from validation.harness.page import write_page
 from validation.harness.provenance import now, provenance
-from validation.harness.tables import for_people, table_of
+from validation.harness.tables import for_people, table_of, write_table
 from validation.studies.bench.work_precision import Point
 
 
 def save(folder: Path, name: str, rows: Sequence[Any], caption: str, show: bool = True) -> None:
-    """Write CSV, with the machine in every row, and Markdown; print the latter if `show`."""
+    """Write a table, with the machine in every row of its CSV; print it if `show`."""
     table = table_of(rows)
     where = provenance({})
     labelled = table.assign(
         processor=where["processor"], versions=json.dumps(where["versions"], sort_keys=True)
     )
-    write_text(folder / f"{name}.csv", labelled.to_csv(index=False, float_format="%.10g"))
-    people = for_people(table).to_markdown(index=False, disable_numparse=True)
-    write_text(folder / f"{name}.md", f"{caption}. {where['processor']}.\n\n{people}\n")
+    written = write_table(folder, name, labelled, f"{caption}. {where['processor']}.", table)
     if show:
-        output(f"\n{caption}\n{people}")
+        output(f"\n{written}")
 
 
 @contextmanager

@@ -1,13 +1,13 @@
 """``fingertap stress``: stability maps, with every cell checked independently of its solver."""
 
-import json
+import csv
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Flag
 from validation.harness.console import output, progress_bar
-from validation.harness.files import exclusive_folder, write_json
+from validation.harness.files import exclusive_folder
 from validation.harness.processes import call_isolated
 from validation.harness.tables import table_of, write_table
 from validation.models.adapter import part
@@ -25,13 +25,13 @@ def all_maps(quick: bool) -> tuple[Map, ...]:
     return (*hcm_maps(quick), *reference_maps(quick))
 
 
-def stored_peers(out: Path, name: str) -> list[dict[str, Any]]:
+def stored_peers(out: Path, name: str) -> list[dict[str, str]]:
     """A table that ``--peers`` left, empty if it never ran."""
-    path = out / "stress" / f"{name}.json"
+    path = out / "stress" / f"{name}.csv"
     if not path.exists():
         return []
-    rows: list[dict[str, Any]] = json.loads(path.read_text(encoding="utf-8"))["rows"]
-    return rows
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def run_peers(out: Path) -> None:
@@ -51,10 +51,7 @@ def run_peers(out: Path) -> None:
             if not found:
                 output(ABSENT)
                 continue
-            write_json(folder / f"{name}.json", {"rows": found})
-            table = table_of(found)
-            write_table(folder, name, table, caption)
-            output(table.to_markdown(index=False, disable_numparse=True))
+            output(write_table(folder, name, table_of(found), caption))
     output(f"files in {folder}")
 
 

@@ -35,8 +35,8 @@ def test_without_it_the_table_is_skipped_by_name(
     monkeypatch.setattr(hard_cells, "peers_table", lambda progress: [{"cell": "a hard one"}])
     run_peers(tmp_path)
     assert "CalculiX is not installed (apt-get install calculix-ccx)" in capsys.readouterr().out
-    assert (tmp_path / "stress" / "peers.json").exists()
-    assert not (tmp_path / "stress" / "peers-reference.json").exists()
+    assert (tmp_path / "stress" / "peers.csv").exists()
+    assert not (tmp_path / "stress" / "peers-reference.csv").exists()
 
 
 def test_a_block_that_bounces_back_closes_its_momentum() -> None:

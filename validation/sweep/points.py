@@ -23,7 +23,7 @@ from validation.sweep.axis import (
     clash,
     frozen,
 )
-from validation.sweep.plan import Plan, assignment
+from validation.sweep.plan import Plan, Points, assignment
 
 LARGEST_FILE = 1_000_000_000  # bytes of a file of points
 
@@ -48,24 +48,24 @@ def points_of(plan: Plan) -> PointTable:
         return _from_file(plan)
     if plan.points.kind == "grid":
         return _grid(plan.vary)
+    cube = shares_of(plan.points, len(plan.vary))
     return PointTable(
         {
             key: values_of(axis, shares)
-            for (key, axis), shares in zip(plan.vary.items(), _shares(plan).T, strict=True)
+            for (key, axis), shares in zip(plan.vary.items(), cube.T, strict=True)
         }
     )
 
 
-def _shares(plan: Plan) -> NDArray[np.float64]:
-    """Points in the unit cube, (number, keys)."""
+def shares_of(points: Points, size: int) -> NDArray[np.float64]:
+    """Points in the unit cube of that many dimensions, (number, size)."""
     from scipy.stats import qmc
 
-    number, size = plan.points.number or 0, len(plan.vary)
-    rng = np.random.default_rng(plan.points.seed)
-    if plan.points.kind == "sobol":
+    number, rng = points.number or 0, np.random.default_rng(points.seed)
+    if points.kind == "sobol":
         # the first points of a power of 2: the same ones whatever the number
         cube = qmc.Sobol(size, rng=rng).random_base2(math.ceil(math.log2(number)))[:number]
-    elif plan.points.kind == "latin-hypercube":
+    elif points.kind == "latin-hypercube":
         cube = qmc.LatinHypercube(size, rng=rng).random(number)
     else:
         cube = rng.random((number, size))

@@ -5,7 +5,7 @@ Stated errors bound 9 of 10 true ones (336 random taps: at most 93 % of the stat
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import meshes
@@ -33,26 +33,6 @@ REMAINING_SHARE = 0.5
 LONGEST_FLIGHT_S = 60.0
 FLIGHT_REASON = "a rigid one leaves out {} of the tap"
 FINER_ENDS = "on a finer mesh the run ends as {}"
-
-
-@dataclass(frozen=True)
-class _Search:
-    """The runs of a scene on finer and finer meshes.
-
-    targets : accuracies that the meshes were sized for
-    finer : why no finer mesh was used, where one was wanted
-    """
-
-    runs: list[Outcome]
-    targets: list[float]
-    finer: str = ""
-
-    @property
-    def kept(self) -> int:
-        """Number of the finest completed run, or of the only one, or of the interrupted one."""
-        last = self.runs[-1].record
-        failed = last.status != "INTERRUPTED" and last.accuracy["expected"] is None
-        return max(0, len(self.runs) - (2 if failed else 1))
 
 
 def solved_within(
@@ -92,11 +72,30 @@ def solved_within(
             raise
         flight = []
         run = attempt(first)
-    search = _Search([run], [first]) if once else _refined(attempt, run, first, wanted)
-    kept = search.runs[search.kept]
-    time = sum(run.record.summary["wall_time_s"] for run in search.runs)
+    runs, targets, finer = [run], [first], ""
+    while not once and len(runs) < SOLVES and (target := _next_target(run, targets[-1], wanted)):
+        try:
+            run = attempt(target)
+        except UserError as error:
+            finer = f"a finer mesh is refused: {error}"
+            break
+        targets.append(target)
+        if run.record.status == "INTERRUPTED":
+            runs.append(run)
+            break
+        run = _overlapping(run, runs)
+        runs.append(run)
+        status = run.record.status.lower().replace("_", " ")
+        finer = "" if run.record.ok else FINER_ENDS.format(status)
+    # the finest completed run, or the only one, or the interrupted one
+    failed = run.record.status != "INTERRUPTED" and run.record.accuracy["expected"] is None
+    number = max(0, len(runs) - (2 if failed else 1))
+    kept = runs[number]
+    time = sum(run.record.summary["wall_time_s"] for run in runs)
     record = kept.record.with_summary(wall_time_s=time)
-    choices = [*record.accuracy["choices"], *([] if once else [_chosen_mesh(search)])]
+    choices = list(record.accuracy["choices"])
+    if not once:
+        choices.append(_chosen_mesh(runs, targets[number]))
     if flight:
         share = f"{left_out:.2g}" if left_out < math.inf else "an unknown share"
         flown = FLIGHT_REASON.format(share)
@@ -106,27 +105,7 @@ def solved_within(
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
-    return replace(kept, record=_with_caution(record, wanted, search.finer))
-
-
-def _refined(
-    attempt: Callable[[float], Outcome], run: Outcome, target: float, wanted: float
-) -> _Search:
-    """The search from its first run on, whose mesh is sized for `target`."""
-    runs, targets = [run], [target]
-    while len(runs) < SOLVES and (target := _next_target(runs[-1], target, wanted)):
-        try:
-            run = attempt(target)
-        except UserError as error:
-            return _Search(runs, targets, f"a finer mesh is refused: {error}")
-        targets.append(target)
-        if run.record.status == "INTERRUPTED":
-            return _Search([*runs, run], targets)
-        runs.append(_overlapping(run, runs))
-    if len(runs) == 1 or run.record.ok:
-        return _Search(runs, targets)
-    status = run.record.status.lower().replace("_", " ")
-    return _Search(runs, targets, FINER_ENDS.format(status))
+    return replace(kept, record=_with_caution(record, wanted, finer))
 
 
 def _next_target(run: Outcome, target: float, wanted: float) -> float:
@@ -146,13 +125,13 @@ def _next_target(run: Outcome, target: float, wanted: float) -> float:
     return smallest if following < LEAST_FACTOR * smallest else following
 
 
-def _chosen_mesh(search: _Search) -> dict[str, Any]:
+def _chosen_mesh(runs: list[Outcome], target: float) -> dict[str, Any]:
     """The accuracy that the kept run's mesh is sized for, as one of the choices."""
     reason = "for the mesh, whose estimate exceeds its error"
-    if len(search.runs) > 1:
-        first = search.runs[0].record.accuracy["expected"]
-        reason = f"solved {len(search.runs)} times: the first run's estimate was {first:.2g}"
-    return {"setting": "accuracy", "value": shown(search.targets[search.kept]), "reason": reason}
+    if len(runs) > 1:
+        first = runs[0].record.accuracy["expected"]
+        reason = f"solved {len(runs)} times: the first run's estimate was {first:.2g}"
+    return {"setting": "accuracy", "value": shown(target), "reason": reason}
 
 
 def _flight_override(tables: Scene, dimension: Dimension, wanted: float) -> tuple[float, list[str]]:

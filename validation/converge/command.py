@@ -63,7 +63,7 @@ def draw(path: Path, results: Sequence[RefinedRuns], title: str) -> None:
             axis.set_xscale("log")
             axis.minorticks_off()
             axis.set_xticks(found.sizes, [f"{size:.2g}" for size in found.sizes])
-            axis.set_title(found.refinement.name, fontsize=10, loc="left")
+            axis.set_title(found.refinement.name)
             axis.set_xlabel(found.refinement.size_name)
         figure = axes[0][0].figure
         axes[0][0].set_ylabel("change from the finest level (%)")

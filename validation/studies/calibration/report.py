@@ -157,7 +157,7 @@ def draw(path: Path, numbers: pd.DataFrame, names: Mapping[str, str]) -> None:
                 stated, true = (chosen[error].clip(*ends) for error in ("stated", "true"))
                 axis.plot(stated, true, ".", color=color, markersize=3.5)
             axis.set(xscale="log", yscale="log", xlim=ends, ylim=ends)
-            axis.set_title(names[name], fontsize=8, loc="left")
+            axis.set_title(names[name], fontsize=8)
         for axis in axes[-1]:
             axis.set_xlabel("stated error, relative")
         for axis in axes[:, 0]:

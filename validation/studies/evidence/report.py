@@ -120,7 +120,7 @@ def draw_forces(path: Path, taps: Iterable[SpringTap], store: Store) -> None:
                 time, name = 1e6 * np.array(theirs.time_s), f"CalculiX {tap.element}"
                 color = BY_ELEMENT[tap.element]
                 axis.plot(time, theirs.normal_force_N, "--", color=color, label=name)
-            axis.set_title(title(alike[0]).removeprefix("The "), fontsize=8, loc="left")
+            axis.set_title(title(alike[0]).removeprefix("The "), fontsize=8)
             axis.set_ylabel("normal force (N)")
             axis.legend()
         axes[-1][0].set_xlabel("time (us)")
@@ -150,7 +150,7 @@ def draw_field(path: Path, tap: SpringTap, store: Store) -> None:
             axis.add_collection(drawn)
             axis.autoscale_view()
             axis.set_aspect("equal")
-            axis.set_title(name, fontsize=8, loc="left")
+            axis.set_title(name, fontsize=8)
             axis.figure.colorbar(drawn, ax=axis, label="von Mises (MPa)")
         axes[-1][0].set_xlabel("x, and upwards y (mm)")
 

@@ -165,7 +165,7 @@ def bench(
     resume
         Reuse the work-precision points that a stopped benchmark has left.
     out
-        Folder for bench/: index.html, tables as CSV and Markdown, figures, machine-*.json.
+        Folder for bench/: index.html, tables as CSV, Markdown and LaTeX, figures, machine-*.json.
     """
     if resume and (skips or peers):
         other = "--skips" if skips else "--peers"

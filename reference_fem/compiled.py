@@ -7,6 +7,7 @@ own file only. Here a cached kernel is stale once any file in its folder, which 
 
 import functools
 import hashlib
+import os
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +15,10 @@ from typing import Any
 
 import numba
 from numba.core.registry import CPUDispatcher
+
+# Threads that spin while they wait for each other make a run on a busy machine 10 to 20 times
+# slower; libgomp reads this as it is loaded, by gmsh or by the first kernel.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 PACKAGE = Path(__file__).parent
 _IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTILINE)

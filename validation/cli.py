@@ -79,8 +79,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from validation.harness.surroundings import open_closed_streams, refuse_unusable_surroundings
 
     open_closed_streams()
-    # threads that spin while they wait make a shared machine many times slower
-    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     # what is imported stays: looking for garbage in it takes a tenth of a short command's time
     gc.set_threshold(GARBAGE_AFTER)
     code = RunFailedError.exit_code

@@ -7,6 +7,7 @@ import pytest
 import reference_fem.compiled
 from reference_fem.compiled import source_stamp
 from reference_fem.elements import loops
+from tests.processes import printed
 
 
 def test_the_element_loops_carry_the_stamp_of_all_elements(
@@ -25,3 +26,15 @@ def test_the_element_loops_carry_the_stamp_of_all_elements(
 
     monkeypatch.setattr(reference_fem.compiled, "_digest_and_imports", edited)
     assert source_stamp(file) != stamp
+
+
+@pytest.mark.parametrize("stated", [None, "active"])
+def test_threads_do_not_spin_unless_asked_to(
+    monkeypatch: pytest.MonkeyPatch, stated: str | None
+) -> None:
+    """The library that reads it is loaded later, by whatever is imported."""
+    monkeypatch.delenv("OMP_WAIT_POLICY", raising=False)
+    maps = "'libgomp' in pathlib.Path('/proc/self/maps').read_text()"
+    code = f"import reference_fem, os, pathlib; print(os.environ['OMP_WAIT_POLICY'], {maps})"
+    found = printed("-c", code, env={"OMP_WAIT_POLICY": stated} if stated else None)
+    assert found.split() == [stated or "passive", "False"]

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from reference_fem.arrays import Array
+from reference_fem.arrays import Array, Flags
+from reference_fem.compiled import njit
 from reference_fem.contact.law import NORMAL
 from reference_fem.dynamics.state import State, Tap
 from reference_fem.dynamics.step import Block, advance
@@ -77,21 +78,37 @@ def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
 
     displacement, velocity : (n_points, dim).
     """
-    nodes = model.contact.nodes
-    body = np.flatnonzero(model.body_of_point == model.touching_body)
-    mass = model.mass[body]
-    position = model.points.take(body, 0)[:, :2] + displacement.take(body, 0)[:, :2]
-    motion = np.ascontiguousarray(velocity.take(body, 0)[:, :2])
-    centre = mass @ position / mass.sum()
-    mean = mass @ motion / mass.sum()
-    arm_x, arm_y = position[:, 0] - centre[0], position[:, 1] - centre[1]
-    v_x, v_y = motion[:, 0] - mean[0], motion[:, 1] - mean[1]
-    spin = (mass @ (arm_x * v_y - arm_y * v_x)) / (mass @ (arm_x * arm_x + arm_y * arm_y))
+    nodes, body = model.contact.nodes, model.body_of_point == model.touching_body
+    centre, mean, spin = _planar_motion(body, model.mass, model.points, displacement, velocity)
     place = model.contact.touching_points(model.points.take(nodes, 0) + displacement.take(nodes, 0))
-    speed = mean[1] + spin * (place[:, 0] - centre[0])
+    speed = mean + spin * (place[:, 0] - centre)
     down = speed < 0.0
     gap = np.maximum(place[down, 1] + model.surface.height, 0.0)
     return float(np.min(gap / -speed[down], initial=NEVER * model.transit_s))
+
+
+@njit(cache=True)
+def _planar_motion(
+    body: Flags, mass: Array, points: Array, displacement: Array, velocity: Array
+) -> tuple[float, float, float]:
+    """x_c, m, v_cy, m/s, and ω, rad/s, of the points that `body` marks."""
+    total, centre, mean = 0.0, np.zeros(2), np.zeros(2)
+    for i in range(mass.size):
+        if body[i]:
+            total += mass[i]
+            for k in range(2):
+                centre[k] += mass[i] * (points[i, k] + displacement[i, k])
+                mean[k] += mass[i] * velocity[i, k]
+    centre /= total
+    mean /= total
+    momentum, inertia = 0.0, 0.0
+    for i in range(mass.size):
+        if body[i]:
+            x = points[i, 0] + displacement[i, 0] - centre[0]
+            y = points[i, 1] + displacement[i, 1] - centre[1]
+            momentum += mass[i] * (x * (velocity[i, 1] - mean[1]) - y * (velocity[i, 0] - mean[0]))
+            inertia += mass[i] * (x * x + y * y)
+    return centre[0], mean[1], momentum / inertia
 
 
 def ending(settings: Settings, tap: Tap, now_s: float, start_s: float) -> tuple[Status, str] | None:

@@ -23,9 +23,9 @@ BASE_ACCURACY, EDGE, SECTION = 0.01, 0.4, 0.2
 LARGEST_EDGE = 0.45
 COARSEST = BASE_ACCURACY * (LARGEST_EDGE / EDGE) ** EDGE_EXPONENT
 """The accuracy above which all meshes have the same edge at the contact."""
-GROWTH = 1.4
-# How often cells are halved in place towards the contact, instead of fine blocks throughout.
-HALVINGS = 3
+# Ratio by which edges grow behind the patch, and how often cells are halved in place between the
+# shafts' size and the patch's edge, instead of fine blocks throughout.
+GROWTH, HALVINGS = 1.4, 3
 # Relaxation time over a / c. A finger of nu = 0.49, mu = 1.14 had peaks of 11.1, 10.9 and 11.9 N at
 # edges of 0.25, 0.18 and 0.14 a; with 0.03 a / c 10.80, 10.77 and 10.77 N, with 0.15 a / c 10.77,
 # 10.74 and 10.75 N. Frictionless, 0.03 a / c lowers its peak by 0.2 %, its impulse by 0.01 %.
@@ -49,20 +49,14 @@ class Sizes:
 
     edge : edge length at the contact, over Hertz's radius
     section : size of the shafts' cells over the diameter, along the axis too
-    growth : ratio by which edges grow behind the patch
-    halvings : how often cells are halved in place between the shafts' size and that edge
     element : in 3D; None is the default, the one-point element takes a third of its time
     relaxation : relaxation time of the material where the tip slides, over a / c
-    reach : distance from the touch within which elements have it, over a
     """
 
     edge: float
     section: float
-    growth: float
-    halvings: int
     element: str | None
     relaxation: float
-    reach: float
 
 
 def sizes_for(accuracy: float, friction: float = 0.0) -> Sizes:
@@ -81,9 +75,6 @@ def sizes_for(accuracy: float, friction: float = 0.0) -> Sizes:
     return Sizes(
         edge=min(EDGE * (accuracy / BASE_ACCURACY) ** (1.0 / EDGE_EXPONENT), LARGEST_EDGE),
         section=SECTION * (accuracy / BASE_ACCURACY) ** 0.5,
-        growth=GROWTH,
-        halvings=HALVINGS,
         element=ONE_POINT if accuracy >= ONE_POINT_FROM else None,
         relaxation=RELAXATION_SHARE if friction >= FLUTTER_FRICTION else 0.0,
-        reach=RELAXATION_REACH,
     )

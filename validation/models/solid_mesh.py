@@ -131,6 +131,7 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     The sizes, and the `predicted_touch`: None if no size depends on it or there is no touch.
     """
     import meshes
+    from reference_fem.accuracy import GROWTH, HALVINGS
 
     fem, sizes = tables.solver.fem, sizes_of(tables)
     if fem.mesh is not None:
@@ -145,8 +146,8 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
             section_size=sizes.section * diameter,
             axial_size=min(sizes.section * diameter, *tables.per_phalanx(tables.finger.length)),
             tip_size=0.5 * sizes.section * diameter,
-            growth=sizes.growth,
-            halvings=sizes.halvings,
+            growth=GROWTH,
+            halvings=HALVINGS,
             full_volume=True,
         )
     sizing = replace(base, **stated)
@@ -209,6 +210,8 @@ def relaxing_near(
     All elements are left to relax where a shaft touches, which may be all along, and where a run
     goes on to further taps, which may be elsewhere.
     """
+    from reference_fem.accuracy import RELAXATION_REACH
+
     sizes, radius = sizes_of(tables), tables.tip_radius
     lies = replace(sizing, contact_angle=touch.angle).lies
     if sizes is None or lies or tables.solver.fem.end_time is not None:
@@ -218,7 +221,7 @@ def relaxing_near(
     place[0] = tip + radius * (1.0 - math.cos(touch.angle))
     place[1] = -radius * math.sin(touch.angle)
     away = np.linalg.norm(mesh.points[mesh.cells].mean(axis=1) - place, axis=1)
-    near = away <= max(sizes.reach * touch.patch_radius, away.min())
+    near = away <= max(RELAXATION_REACH * touch.patch_radius, away.min())
     return replace(mesh, cell_sets={**mesh.cell_sets, "relaxing": np.flatnonzero(near)})
 
 

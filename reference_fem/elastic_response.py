@@ -59,16 +59,12 @@ class ElasticResponse(NamedTuple):
     stretching_phase: float
 
 
-class Loads(NamedTuple):
-    """Loads on phalanges, (P,): p across and along each, N/m, the larger of its ends', and F, N."""
-
-    across: Array
-    along: Array
-    pull: Array
-
-
-def loads(chain: RigidChain, state: ChainState, lengths: Array, line: Array) -> Loads:
-    """The loads that phalanges carry. line : ρA of each, kg/m."""
+def loads(
+    chain: RigidChain, state: ChainState, lengths: Array, line: Array
+) -> tuple[Array, Array, Array]:
+    """The loads that phalanges carry, (P,): p across and along each, N/m, the larger of its ends',
+    and F, N. line : ρA of each, kg/m.
+    """
     own = chain.torques.at(state.time_s)
     changes = chain.rates_of_change(np.concatenate([state.angles, state.rates]), own)
     # a phalanx points along -X at rest: r″ of its end less that of its hinge
@@ -80,7 +76,7 @@ def loads(chain: RigidChain, state: ChainState, lengths: Array, line: Array) -> 
     beyond = np.cumsum(weights[::-1])[::-1] - weights
     own_frame, pulls = line * ends * turned.conj(), beyond * turned.conj()
     across, along = np.abs(own_frame.imag).max(axis=0), np.abs(own_frame.real).max(axis=0)
-    return Loads(across, along, np.abs(pulls.real))
+    return across, along, np.abs(pulls.real)
 
 
 def elastic_response(

@@ -4,7 +4,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numba
 
@@ -78,8 +78,8 @@ def simulate(
     check_optional("restart", restart, Restart)
     check_optional("companion", companion, meshes.FingerMesh)
     check_optional("compared", compared, TapResult)
-    solved = _solve(scene, progress, restart)
-    run = replace(solved.result, given=scene.given)
+    run, solved = _solve(scene, progress, restart)
+    run = replace(run, given=scene.given)
     if not settings.estimate or run.status is not Status.COMPLETED:
         return run
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
@@ -89,29 +89,22 @@ def simulate(
             return compared
         tap = replace(scene, mesh=other, settings=once, start=state, flight_mesh=None)
         try:
-            return _solve(tap).result
+            return _solve(tap)[0]
         except CutsSurfaceError:  # a start just above the run's mesh may cut into the other
             return None
 
     try:
         if progress is not None:
             progress(0.99, "estimate of errors")
-        return estimated(run, SolvedScene(scene, solved.model, solved.flown), companion, again)
+        return estimated(run, solved, companion, again)
     except KeyboardInterrupt:
         message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
         return replace(run, status=Status.INTERRUPTED, message=message)
 
 
-@dataclass(frozen=True)
-class _Solved:
-    model: Model
-    result: TapResult
-    flown: Descent | None = None
-
-
 def _solve(
     scene: Scene, progress: Progress | None = None, restart: Restart | None = None
-) -> _Solved:
+) -> tuple[TapResult, SolvedScene]:
     """Run from the start, or from where a restart file left off."""
     settings, light_mesh = scene.settings, scene.flight_mesh
     with _threads(settings.threads, len(scene.mesh.cells)):
@@ -142,8 +135,9 @@ def _solve(
             recorder = Recorder(settings)
             recorder.restore(archive)
             result = explicit_tap(model, settings, unpack(archive), reporting, recorder, coarse)
-            return _Solved(model, result)
-        return _run_from_start(model, settings, scene.start, coarse, reporting)
+            return result, SolvedScene(scene, model, None)
+        result, flown = _run_from_start(model, settings, scene.start, coarse, reporting)
+        return result, SolvedScene(scene, model, flown)
 
 
 def _run_from_start(
@@ -152,8 +146,10 @@ def _run_from_start(
     start: ChainState | None,
     coarse: CoarseFlight | None,
     reporting: Reporting,
-) -> _Solved:
-    """From the start to the tap: a rigid flight, or explicit steps all the way."""
+) -> tuple[TapResult, Descent | None]:
+    """From the start to the tap: a rigid flight, which is returned too, or explicit steps all the
+    way.
+    """
     chain, rigid = chain_and_start(model.chain, start)
     gap, height = surface_gap(model, chain), model.surface.height
     clearance = gap(rigid.angles)
@@ -185,7 +181,7 @@ def _run_from_start(
             now = LoopState(start_state(model, *still, rigid.time_s), rigid.time_s)
             nothing = Recorder(settings)
             result = result_of(model, settings, now, reporting, nothing, status, message)
-            return _Solved(model, result)
+            return result, None
         begin, rigid = rigid.time_s, flown.before(settings.lead_steps * model.step_s)
         torque_change_work = chain.torques.torque_change_work(
             lambda time: flown.state_at(time).angles, begin, rigid.time_s
@@ -195,8 +191,7 @@ def _run_from_start(
     motion = pose(chain, rigid, first.points, first.body_of_point)
     state = start_state(first, *motion, rigid.time_s, rigid.angles, torque_change_work)
     begin_state = LoopState(state, rigid.time_s, origin_energy_J=origin, coarse=coarse is not None)
-    tap = explicit_tap(model, settings, begin_state, reporting, flight=coarse)
-    return _Solved(model, tap, flown)
+    return explicit_tap(model, settings, begin_state, reporting, flight=coarse), flown
 
 
 @contextmanager

@@ -1,6 +1,6 @@
 """The scalars of the first tap and its transitions, from the record of every step."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,7 @@ def summarize(
     turns = confirmed_maxima(normal, PROMINENCE * peak)
     slips: dict[str, Any] = {}
     if friction > 0.0:
-        slips = vars(slip_states(normal, tangential, friction, LEAST_NORMAL * peak))
+        slips = slip_states(normal, tangential, friction, LEAST_NORMAL * peak)
     stress = stress_during(history, contact_time, float(time[-1]))
     return replace(
         blank,
@@ -122,19 +122,11 @@ def confirmed_maxima(force: Array, prominence: float) -> list[int]:
     return maxima
 
 
-@dataclass(frozen=True)
-class SlipStates:
-    """Counts of the resultant's transitions, and whether it slipped both ways."""
-
-    stick_to_slip: int
-    slip_to_stick: int
-    reverse_slip: bool
-
-
 def slip_states(
     normal: Array, tangential: Array, friction: float, least_normal: float
-) -> SlipStates:
-    """Stick and slip of the resultant, by its cone ratio q = |F_t| / (μ F_n).
+) -> dict[str, Any]:
+    """Stick and slip of the resultant, by its cone ratio q = |F_t| / (μ F_n): counts of transitions
+    and whether it slipped both ways, by the summary's fields.
 
     The contact slips as a whole where q >= 0.98 and sticks at least in part where q < 0.95;
     in between the previous state holds (at q = 1 exactly every node slips, and in one direction;
@@ -151,8 +143,8 @@ def slip_states(
     states = change[decided]
     turns = np.diff(states)
     signs = np.sign(f_t[ratio >= 0.98])
-    return SlipStates(
-        stick_to_slip=int(np.count_nonzero(turns > 0)),
-        slip_to_stick=int(np.count_nonzero(turns < 0)),
-        reverse_slip=bool((signs > 0).any() and (signs < 0).any()),
-    )
+    return {
+        "stick_to_slip": int(np.count_nonzero(turns > 0)),
+        "slip_to_stick": int(np.count_nonzero(turns < 0)),
+        "reverse_slip": bool((signs > 0).any() and (signs < 0).any()),
+    }

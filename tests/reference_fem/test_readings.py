@@ -36,11 +36,11 @@ def test_slip_states_of_a_reversal() -> None:
         ]
     )
     states = slip_states(normal, tangential, 0.5, 0.1)
-    assert (states.stick_to_slip, states.slip_to_stick, states.reverse_slip) == (1, 2, True)
+    assert states == {"stick_to_slip": 1, "slip_to_stick": 2, "reverse_slip": True}
     still = slip_states(normal, 0.1 * tangential, 0.5, 0.1)
-    assert (still.stick_to_slip, still.slip_to_stick, still.reverse_slip) == (0, 0, False)
+    assert still == {"stick_to_slip": 0, "slip_to_stick": 0, "reverse_slip": False}
     # Forces too small to judge are left out.
-    assert slip_states(0.01 * normal, tangential, 0.5, 0.1).stick_to_slip == 0
+    assert slip_states(0.01 * normal, tangential, 0.5, 0.1)["stick_to_slip"] == 0
 
 
 @pytest.mark.parametrize("dim", [2, 3])

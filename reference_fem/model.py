@@ -90,12 +90,11 @@ def build_model(
     Raises ValueError: sets are missing, their numbers do not match materials or torques, or hinges
         do not meet.
     """
-    points = np.ascontiguousarray(mesh.points, dtype=np.float64)
-    cells = np.ascontiguousarray(mesh.cells, dtype=np.int64)
     count = mesh.phalanges
     check_materials(materials, count)
-    phalanx, body_of_point, body_nodes = _bodies(mesh, cells)
+    phalanx, body_of_point, body_nodes = _bodies(mesh)
     kernel = _kernel(mesh, materials, phalanx, settings)
+    points, cells = kernel.points, kernel.cells
     symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     symmetry_factor = 2 if symmetry.size else 1
     ties = ties_of(mesh.ties)
@@ -156,14 +155,14 @@ def build_model(
     )
 
 
-def _bodies(mesh: meshes.FingerMesh, cells: Index) -> tuple[Index, Index, list[Index]]:
+def _bodies(mesh: meshes.FingerMesh) -> tuple[Index, Index, list[Index]]:
     """Phalanx of each cell and of each node, from 0, and the nodes of each phalanx."""
-    phalanx = np.full(len(cells), -1, dtype=np.int64)
+    phalanx = np.full(len(mesh.cells), -1, dtype=np.int64)
     body_of_point = np.full(len(mesh.points), -1, dtype=np.int64)
     body_nodes = []
     for w in range(mesh.phalanges):
         body = _wanted(mesh.cell_sets, f"phalanx_{w + 1}", "cell")
-        body_nodes.append(np.unique(cells[body]))
+        body_nodes.append(np.unique(mesh.cells[body]))
         phalanx[body], body_of_point[body_nodes[w]] = w, w
     if (phalanx < 0).any() or (body_of_point < 0).any():
         raise ValueError(
@@ -180,12 +179,11 @@ def _kernel(
     settings: Settings,
 ) -> ElementKernel:
     """The mesh's elements; phalanx (n_cells,) from 0."""
-    points = np.ascontiguousarray(mesh.points, dtype=np.float64)
-    cells = np.ascontiguousarray(mesh.cells, dtype=np.int64)
     young, poisson, density, relaxation = np.array(
         [(m.youngs_modulus, m.poisson_ratio, m.density, m.relaxation_time) for m in materials]
     )[phalanx].T.copy()
-    relaxation *= np.isin(np.arange(len(cells)), mesh.relaxing)
+    relaxation *= np.isin(np.arange(len(mesh.cells)), mesh.relaxing)
+    points, cells = mesh.points, mesh.cells
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, mesh.radii[phalanx]),)
     elements = _formulation(mesh.dim, settings)
     return elements(points, cells, young, poisson, density, *thickness, relaxation)

@@ -20,7 +20,6 @@ from hcm.chosen import Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
 from hcm.estimate import (
     CAUTION_ERROR,
-    REPEATED,
     USABLE_STATUSES,
     caution,
     companion_errors,
@@ -30,7 +29,7 @@ from hcm.estimate import (
 )
 from hcm.fall import bending_wave_stress, omitted_time
 from hcm.model import Scene
-from hcm.other_ends import with_other_ends
+from hcm.other_ends import open_ends, with_other_ends
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Errors, Status, TapResult
 from hcm.simulate import simulate_scene
@@ -123,18 +122,17 @@ def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Att
         return _Attempt(chosen, result)
     coarse = solve_scene(_coarser(chosen, result))
     if coarse.status is Status.INTERRUPTED:
-        return _Attempt(chosen, replace(result, status=coarse.status, message=coarse.message))
+        return _Attempt(chosen, result.ended())
     result, expected = _compared(result, coarse, chosen)
-    errors, doubts, ended = with_other_ends(result, result.errors, solve_scene)
-    if ended is Status.INTERRUPTED:
-        message = f"{ended.value}{REPEATED}"
-        return _Attempt(chosen, replace(result, status=ended, message=message, errors={}))
-    if doubts:
-        result = replace(result, errors=errors, cautions=(*result.cautions, *doubts))
-        shares = relative_errors(result.summary, errors)
+    several = bool(open_ends(result))
+    result = with_other_ends(result, solve_scene)
+    if result.status is Status.INTERRUPTED:
+        return _Attempt(chosen, result)
+    if several:
+        shares = relative_errors(result.summary, result.errors)
         expected = max(expected, *(shares[name] for name in ACCURACY_QUANTITIES))
     # a change due to another end of the tap is not a lack of repeatability
-    chance = not doubts and (folded(result, chosen.scene.finger.length) or grazes(result))
+    chance = not several and (folded(result, chosen.scene.finger.length) or grazes(result))
     may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
     return _Attempt(chosen, result, expected, chance, may_go_on)
 
@@ -240,10 +238,9 @@ def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
 def _short(result: TapResult, expected: float, accuracy: float, chance: bool) -> TapResult:
     """The run that did not get to its accuracy, and what that makes of it."""
     if chance and expected > CAUTION_ERROR:
-        status = Status.UNREPEATABLE
         ratio = COMPANION_ERROR_RATIO
         doubt = f"; a run at {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
-        return replace(result, status=status, message=status.value + doubt, errors={})
+        return result.ended(Status.UNREPEATABLE, doubt)
     error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
     short = f"expects {error}; {accuracy:g} was wanted"
     return replace(result, cautions=(*result.cautions, short))

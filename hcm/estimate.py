@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -63,7 +63,6 @@ DECISIVE = (
     "normal_impulse_N_s",
 )
 """Numbers that make a run unrepeatable if a tighter run changes them."""
-REPEATED = " while it was repeated"
 USABLE_STATUSES = (Status.COMPLETED, Status.UNRESOLVED)
 """Statuses of a companion with a whole first tap; its steps may be too long for a result."""
 FROM_SPEED = (
@@ -73,20 +72,6 @@ FROM_SPEED = (
     "contact_duration_s",
     "normal_impulse_N_s",
 )
-
-
-@dataclass(frozen=True)
-class Estimate:
-    """Errors of a completed run, and whether it can be relied on.
-
-    errors : estimated absolute errors by `TITLES`, SI units. status : COMPLETED, or why the run
-    can't be relied on, and doubt with what changes.
-    """
-
-    errors: Errors
-    cautions: tuple[str, ...]
-    status: Status = Status.COMPLETED
-    doubt: str = ""
 
 
 def signed_error(own: Floats, other: Floats, factor: float = 1.0) -> float:
@@ -276,8 +261,9 @@ def _percent(share: float) -> str:
 
 def estimate_errors(
     own: TapResult, again: Callable[[Scene], TapResult], left_out: float = 0.0
-) -> Estimate:
-    """Solve a completed run's scene again, more cheaply, to estimate the errors of its first tap.
+) -> TapResult:
+    """A completed run with estimated errors, for which its scene is solved again, more cheaply; or
+    the run as it ends if that is interrupted, or shows that it can't be relied on.
 
     again : solves a scene. left_out : as in `BeamStart`; a rigid companion leaves it out too.
     """
@@ -294,7 +280,7 @@ def estimate_errors(
         if other.status in (*USABLE_STATUSES, Status.INTERRUPTED):
             break
     if other.status is Status.INTERRUPTED:
-        return Estimate({}, (), Status.INTERRUPTED, REPEATED)
+        return own.ended()
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
@@ -306,12 +292,13 @@ def estimate_errors(
         tighter = rescaled_settings(settings, own, TIGHTER ** (1 / 3), most)
         tight = again(replace(scene, settings=tighter))
         if tight.status is Status.INTERRUPTED:
-            return Estimate({}, (), Status.INTERRUPTED, REPEATED)
+            return own.ended()
         changes = relative_errors(own.summary, companion_errors(own, tight))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > CAUTION_ERROR:
             doubt = f"; {TIGHTER:g} times the tolerances change the {TITLES[what]}"
             by = f" by {_percent(changes[what])}" if changes[what] < math.inf else ""
-            return Estimate({}, (), Status.UNREPEATABLE, doubt + by)
-    cautions = caution(relative_errors(own.summary, errors), settings)
-    return Estimate(errors, (*cautions, *later_taps(tap_peaks(own), tap_peaks(other))))
+            return own.ended(Status.UNREPEATABLE, doubt + by)
+    doubts = caution(relative_errors(own.summary, errors), settings)
+    doubts += later_taps(tap_peaks(own), tap_peaks(other))
+    return replace(own, errors=errors, cautions=(*own.cautions, *doubts))

@@ -13,7 +13,7 @@ from dataclasses import replace
 from hcm.companion import repetition_settings
 from hcm.estimate import FROM_SPEED, USABLE_STATUSES
 from hcm.model import Scene
-from hcm.result import Errors, OtherEnd, Status, TapResult
+from hcm.result import OtherEnd, Status, TapResult
 from hcm.workload import most_steps
 
 THRESHOLD_SHARE, ERROR_FACTOR = 1e-4, 4.0
@@ -34,9 +34,9 @@ UNKNOWN = (
 )
 
 
-def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
+def open_ends(result: TapResult) -> tuple[OtherEnd, ...]:
     """Open ends of a completed run, nearest first; none if its duration errs by over a tenth."""
-    lasts, error = result.summary.contact_duration_s, errors.get("contact_duration_s")
+    lasts, error = result.summary.contact_duration_s, result.errors.get("contact_duration_s")
     if lasts is None or not isinstance(error, float) or error > 0.1 * lasts:
         return ()
     if result.given["settings"].tap_until > 0.0:
@@ -46,19 +46,17 @@ def open_ends(result: TapResult, errors: Errors) -> tuple[OtherEnd, ...]:
     return tuple(sorted(near, key=lambda end: end.apart_s)[:MOST_ENDS])
 
 
-def with_other_ends(
-    result: TapResult, errors: Errors, again: Callable[[Scene], TapResult]
-) -> tuple[Errors, tuple[str, ...], Status]:
-    """Extend the errors to the tap's open ends; return them, a caution for each end, the status.
+def with_other_ends(result: TapResult, again: Callable[[Scene], TapResult]) -> TapResult:
+    """Extend the errors to the tap's open ends, and add a caution for each end.
 
     An error is inf if that end's run has no whole tap or its tap goes on. If a run is interrupted,
-    errors and cautions are empty. again : solves a scene.
+    so is the result. again : solves a scene.
     """
-    found, doubts = dict(errors), list[str]()
-    for end in open_ends(result, errors):
+    found, doubts = dict(result.errors), list[str]()
+    for end in open_ends(result):
         other = again(held_touches(result, end.until_s))
         if other.status is Status.INTERRUPTED:
-            return {}, (), other.status
+            return result.ended()
         # after touches that it nearly counted in, the rule itself may go on
         further = end.until_s > (result.summary.contact_duration_s or 0.0) and other.other_ends
         known = other.status in USABLE_STATUSES and not further
@@ -73,7 +71,7 @@ def with_other_ends(
         if other.status not in USABLE_STATUSES:
             text = UNKNOWN.format(ends[0], 1e6 * end.until_s, other.status.value)
         doubts.append(text)
-    return found, tuple(doubts), Status.COMPLETED
+    return replace(result, errors=found, cautions=(*result.cautions, *doubts))
 
 
 def held_touches(result: TapResult, until_s: float) -> Scene:

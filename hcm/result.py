@@ -1,7 +1,7 @@
 """What a run returns: status with advice, history, events, statistics and summary."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -259,6 +259,13 @@ class TapResult:
     taps: tuple[tuple[float, float], ...] = ()
     other_ends: tuple[OtherEnd, ...] = ()
     given: Mapping[str, Any] = field(default_factory=dict)
+
+    def ended(
+        self, status: Status = Status.INTERRUPTED, doubt: str = " while it was repeated"
+    ) -> "TapResult":
+        """A completed run that its repetition ended or threw doubt on, and so has no errors."""
+        at = f" at t = {self.history.time_s[-1]:.9g} s after {self.statistics.steps} steps"
+        return replace(self, status=status, message=f"{status.value}{at}{doubt}", errors={})
 
     @property
     def forces(self) -> "ForceCurve | None":

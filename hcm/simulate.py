@@ -13,7 +13,7 @@ from hcm.beam.division import divided, flight_elements
 from hcm.beam.outline import depth
 from hcm.bounds import ParameterError, check_kind
 from hcm.contact.build import beyond_checks
-from hcm.estimate import REPEATED, estimate_errors
+from hcm.estimate import estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
 from hcm.model import Model, RigidStart, Scene, build_model, rods_state, until_touch
@@ -90,23 +90,12 @@ def simulate_scene(
     started = time.perf_counter()
     model = build_model(scene)
     begun = _begin(scene, model, progress, fall)
-    result, totals = _result(scene, model, begun, take_steps(model, begun, progress), started)
+    result = _result(scene, model, begun, take_steps(model, begun, progress), started)
     completed = result.status is Status.COMPLETED
     if not completed or not scene.settings.estimate or result.summary.contact_time_s is None:
         return result
     again = partial(simulate_scene, progress=progress)
-    found = estimate_errors(result, again, begun.left_out)
-    errors, open_ends, ended = with_other_ends(result, found.errors, again)
-    status, doubt = found.status, found.doubt
-    if ended is Status.INTERRUPTED:
-        status, doubt = ended, REPEATED
-    return replace(
-        result,
-        status=status,
-        message=_message(status, totals, result.statistics) + doubt,
-        errors=errors,
-        cautions=(*result.cautions, *found.cautions, *open_ends),
-    )
+    return with_other_ends(estimate_errors(result, again, begun.left_out), again)
 
 
 def _begin(scene: Scene, model: Model, progress: Progress | None, fall: Fall | None) -> BeamStart:
@@ -129,7 +118,7 @@ def _begin(scene: Scene, model: Model, progress: Progress | None, fall: Fall | N
 
 def _result(
     scene: Scene, model: Model, begun: BeamStart, taken: SteppingResult, started: float
-) -> tuple[TapResult, RunTotals]:
+) -> TapResult:
     """The run without its errors; started : by `time.perf_counter`, s."""
     segments, status, over_s, other_ends = taken
     settings, last, totals = scene.settings, segments[-1], segments[-1].totals
@@ -179,7 +168,7 @@ def _result(
     if frames.time.size:
         first = int(frames.time.searchsorted(model.start_s))
         end = int(frames.time.searchsorted(totals.time, "right"))
-    result = TapResult(
+    return TapResult(
         status,
         _message(status, totals, statistics) + doubt,
         history,
@@ -193,7 +182,6 @@ def _result(
         other_ends=nearest(other_ends),
         given=vars(scene),
     )
-    return result, totals
 
 
 def _refinement_cautions(

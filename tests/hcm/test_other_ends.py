@@ -68,17 +68,15 @@ def test_ends_are_open_within_what_the_duration_is_known_to() -> None:
     near, far = OtherEnd(1e-5, 2e-9, 1e-6), OtherEnd(2e-5, 9e-9, 1e-6)
     run = hcm.simulate_scene(nearly_parted(estimate=False))
     run = replace(run, other_ends=(far, near))
-    assert open_ends(run, {"contact_duration_s": 1e-9}) == (near,)
-    assert open_ends(run, {"contact_duration_s": 3e-9}) == (near, far)
-    assert (
-        open_ends(
-            run,
-            {"contact_duration_s": (near.apart_s - THRESHOLD_SHARE * 1e-6) / ERROR_FACTOR * 0.99},
-        )
-        == ()
-    )
-    assert open_ends(run, {"contact_duration_s": math.inf}) == ()
-    assert open_ends(run, {}) == ()
+
+    def ends(error: float) -> tuple[OtherEnd, ...]:
+        return open_ends(replace(run, errors={"contact_duration_s": error}))
+
+    assert ends(1e-9) == (near,)
+    assert ends(3e-9) == (near, far)
+    assert ends((near.apart_s - THRESHOLD_SHARE * 1e-6) / ERROR_FACTOR * 0.99) == ()
+    assert ends(math.inf) == ()
+    assert open_ends(run) == ()
 
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
@@ -119,31 +117,33 @@ def test_the_other_end_may_take_longer_than_the_run() -> None:
 def test_of_an_end_whose_run_fails_nothing_is_known() -> None:
     run = fixed(estimate=False)
     failed = replace(run, status=hcm.Status.NEWTON_FAILED)
-    errors = dict.fromkeys((*NUMBERS, "contact_time_s"), 1e-8)
-    found, (doubt,), ended = with_other_ends(run, errors, lambda scene: failed)
-    assert ended is hcm.Status.COMPLETED
-    assert all(math.isinf(found[name]) for name in NUMBERS)
-    assert found["contact_time_s"] == 1e-8
-    assert "those ended as" in doubt
+    known = replace(run, errors=dict.fromkeys((*NUMBERS, "contact_time_s"), 1e-8))
+    found = with_other_ends(known, lambda scene: failed)
+    assert found.status is hcm.Status.COMPLETED
+    assert all(math.isinf(found.errors[name]) for name in NUMBERS)
+    assert found.errors["contact_time_s"] == 1e-8
+    assert "those ended as" in found.cautions[-1]
 
 
 def test_an_interrupt_leaves_no_errors() -> None:
-    assert with_other_ends(
-        fixed(estimate=False),
-        dict.fromkeys(NUMBERS, 1e-8),
-        lambda scene: replace(fixed(estimate=False), status=hcm.Status.INTERRUPTED),
-    ) == ({}, (), hcm.Status.INTERRUPTED)
+    run = replace(fixed(estimate=False), errors=dict.fromkeys(NUMBERS, 1e-8))
+    cut = replace(run, status=hcm.Status.INTERRUPTED)
+    found = with_other_ends(run, lambda scene: cut)
+    assert (found.status, found.errors, found.cautions) == (cut.status, {}, run.cautions)
+    assert f"t = {run.history.time_s[-1]:.9g} s" in found.message
 
 
 def test_touches_after_which_the_rule_goes_on_are_no_end() -> None:
     """Two thirds of a tap were stated for all of it (found by bisection, at 1e-2)."""
     run = fixed(estimate=False)
     (end, *_) = run.other_ends
-    later = replace(run, other_ends=(end._replace(until_s=1e-4),))
+    later = replace(
+        run, errors=dict.fromkeys(NUMBERS, 1e-8), other_ends=(end._replace(until_s=1e-4),)
+    )
     longer = replace(run, other_ends=(OtherEnd(math.inf, 0.0, 1e-5),))
-    found, (doubt,), _ = with_other_ends(later, dict.fromkeys(NUMBERS, 1e-8), lambda _: longer)
-    assert all(math.isinf(error) for error in found.values())
-    assert "last beyond" in doubt
+    found = with_other_ends(later, lambda _: longer)
+    assert all(math.isinf(error) for error in found.errors.values())
+    assert "last beyond" in found.cautions[-1]
     down = [Event(t, kind) for t, kind in ((0.0, "contact"), (10.0, "separation"))]
     held = replace(RULE, until=12.0)
     assert near_ends_when_touched_again(held, down, TAP, lambda event: 19.0) == [

@@ -26,25 +26,15 @@ def gather_positions(points: Array, displacement: Array, nodes: Nodes, s: Array)
 @inlined
 def scatter(s: Array, blocks: Blocks, block: int, share: Index, t: int, out: Array) -> None:
     """Add rows 0..23 of s to the nodal forces, those of the seam to thread t's buffer."""
-    nodes = blocks.nodes[block]
+    nodes, seam = blocks.nodes[block], blocks.buffers[t]
     if holds_own_nodes_only(blocks, block, share):
         for lane in range(0, LANES, WIDTH):
             for a in range(8):
                 add_rows(s, a * LANES + lane, 8 * LANES, out, nodes, lane * 8 + a)
         return
-    seam = blocks.buffers[t]
     for lane in range(LANES):
         for a in range(8):
             n = nodes[lane, a]
-            if share[OWN_LOW] <= n < share[OWN_HIGH]:
-                add(s, a * LANES + lane, out, n)
-            else:
-                add(s, a * LANES + lane, seam, n)
-
-
-@inlined
-def add(s: Array, o: int, f: Array, n: int) -> None:
-    """Add one corner's force to node n."""
-    f[n, 0] += s[o]
-    f[n, 1] += s[o + 8 * LANES]
-    f[n, 2] += s[o + 16 * LANES]
+            f = out if share[OWN_LOW] <= n < share[OWN_HIGH] else seam
+            for k in range(3):
+                f[n, k] += s[(8 * k + a) * LANES + lane]

@@ -71,17 +71,14 @@ class ContactLaw(ABC):
 
     nodes : (k,), nodes that may touch
     area : (k,), tributary reference area of each node, m²; infinite where no pressure is defined.
-    stiffness : (k,), bound on the contact stiffness of each node, N/m
+    stiffness, damping : (k,), bounds on the contact stiffness, N/m, and damping, N s/m, of each
+        node
     """
 
     nodes: Index
     area: Array
     stiffness: Array
-
-    @property
-    def damping(self) -> Array:
-        """Bound (k,) on the contact damping of each node, N s/m; here none."""
-        return np.zeros(self.nodes.size)
+    damping: Array
 
     @property
     def coupled_eigenvalue(self) -> float:

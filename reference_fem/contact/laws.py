@@ -12,9 +12,9 @@ from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.contact.lumped_law import lumped_law
 from reference_fem.contact.penalty import (
-    PenaltyContact,
     adjoining_cells,
     edge_thickness,
+    nodal_springs,
     penalty_contact,
 )
 from reference_fem.contact.surface import contact_modulus, standing_out, surface_contact
@@ -68,11 +68,11 @@ def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
         of_cells = body.cell_volume, body.cell_bulk_modulus
         law = penalty_contact(body.mesh, body.facets, *of_cells, settings.penalty_factor)
         nodes, area = body.free(law.nodes, law.area)
-        return PenaltyContact(nodes, area, body.free(law.nodes, law.stiffness)[1])
+        return nodal_springs(nodes, area, body.free(law.nodes, law.stiffness)[1])
     quadrature = body.quadrature()
     if settings.contact == "impulse":
         nodes, area = body.free(*quadrature.nodal_area())
-        return ImpulseContact(nodes, area, np.zeros(nodes.size))
+        return ImpulseContact(nodes, area, *np.zeros((2, nodes.size)))
     material = body.material
     modulus = contact_modulus(settings.surface_factor, material.plane_strain_modulus, body.radius)
     impedance = material.density * material.bar_speed

@@ -133,6 +133,7 @@ def lumped_law(
         nodes=nodes,
         area=np.full(nodes.size, np.inf),
         stiffness=np.zeros(nodes.size),
+        damping=np.zeros(nodes.size),
         constants=constants,
         section=section,
         weights=weights,

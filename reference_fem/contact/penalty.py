@@ -1,8 +1,5 @@
 """Node-to-plane penalty contact: springs at the nodes, as stiff as the cells behind them."""
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 
 from meshes import FingerMesh
@@ -12,17 +9,12 @@ from reference_fem.contact.facet_quadrature import facet_areas, nodal_sums
 from reference_fem.contact.springs import SpringContact, Springs
 
 
-@dataclass(frozen=True)
-class PenaltyContact(SpringContact):
-    """Springs k_i between nodes and the surface, stuck or sliding on it."""
-
-    @cached_property
-    def springs(self) -> Springs:
-        """One at each node."""
-        area, nothing = self.area[:, None], np.zeros((self.nodes.size, 1))
-        return Springs(
-            self.nodes[:, None], np.ones((1, 1)), area, nothing, self.stiffness[:, None], nothing
-        )
+def nodal_springs(nodes: Index, area: Array, stiffness: Array) -> SpringContact:
+    """Springs k_i between nodes (k,), of tributary areas (k,), and the surface."""
+    none = np.zeros(nodes.size)
+    columns = (values[:, None] for values in (area, none, stiffness, none))
+    springs = Springs(nodes[:, None], np.ones((1, 1)), *columns)
+    return SpringContact(nodes, area, stiffness, none, springs)
 
 
 def adjoining_cells(cells: Index, facets: Index) -> Index:
@@ -47,7 +39,7 @@ def adjoining_cells(cells: Index, facets: Index) -> Index:
 
 def penalty_contact(
     mesh: FingerMesh, facets: Index, cell_volume: Array, cell_bulk_modulus: Array, factor: float
-) -> PenaltyContact:
+) -> SpringContact:
     """k_i = Σ_facets f K A_i / h,  h = V/A, over the facets around node i.
 
     A is the facet's area, V and K the volume and bulk modulus of the cell behind it, A_i the
@@ -68,7 +60,7 @@ def penalty_contact(
         share = share * thickness[:, None]
     depth = cell_volume[cell] / area
     spring = (factor * cell_bulk_modulus[cell] / depth)[:, None] * share
-    return PenaltyContact(*nodal_sums(facets, share), nodal_sums(facets, spring)[1])
+    return nodal_springs(*nodal_sums(facets, share), nodal_sums(facets, spring)[1])
 
 
 def edge_thickness(points: Array, cells: Index, cell_volume: Array) -> Array:

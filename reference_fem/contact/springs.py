@@ -3,9 +3,7 @@
 The laws "penalty" and "surface" differ in where these points lie and how stiff their springs are.
 """
 
-from abc import abstractmethod
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -39,33 +37,30 @@ class Springs(NamedTuple):
 class SpringContact(ContactLaw):
     """A law of springs; one entry of history per point."""
 
-    @cached_property
-    @abstractmethod
-    def springs(self) -> Springs:
-        """The springs."""
+    springs: Springs
 
     @property
     def sites(self) -> int:
         """Number of points."""
         return self.springs.area.size
 
+    def touching_points(self, position: Array) -> Array:
+        """The springs' points, each lowered to the true surface."""
+        if self.springs.facets.shape[1] == 1:  # they are the nodes
+            return position
+        facets = np.searchsorted(self.nodes, self.springs.facets)
+        points = np.einsum("qa,fad->fqd", self.springs.shape, position[facets])
+        points[..., 1] -= self.springs.out
+        return points.reshape(-1, position.shape[1])
+
     def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
         """See `spring_forces`."""
-        spring_forces(motion, memory, *self.springs, residual, row)
+        spring_forces(motion, memory, self.springs, residual, row)
 
 
 @njit(cache=True)
 def spring_forces(
-    motion: Motion,
-    memory: Memory,
-    facets: Index,
-    shape: Array,
-    area: Array,
-    out: Array,
-    stiffness: Array,
-    damping: Array,
-    residual: Array,
-    row: Array,
+    motion: Motion, memory: Memory, springs: Springs, residual: Array, row: Array
 ) -> None:
     """Subtract the contact forces of all facets and commit the friction history.
 
@@ -80,12 +75,13 @@ def spring_forces(
     A bilinear facet lies between its nodes, so one with all nodes higher above the surface than
     any point stands out is passed over.
 
-    motion, memory : see `law`. facets .. damping : see `Springs`.
+    motion, memory : see `law`.
     residual : (n_points, dim), internal minus external force, N; changed in place.
     row : (COLUMNS,), filled with this evaluation's totals; see `ContactLaw.apply`.
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, step = motion.height, motion.friction, motion.step
+    facets, shape, area, out, stiffness, damping = springs
     touching = memory.touching
     planar = points.shape[1] == 2
     n_q, n = shape.shape

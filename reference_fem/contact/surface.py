@@ -11,9 +11,6 @@ in its cell, they leave 1.3 and 2.2 %; a relaxation time of a tenth of a bar wav
 edge leaves 0.02 %.
 """
 
-from dataclasses import dataclass
-from functools import cached_property
-
 import numpy as np
 
 from meshes import FingerMesh
@@ -26,58 +23,25 @@ from reference_fem.contact.springs import SpringContact, Springs
 ON_IT = 1e-6
 
 
-@dataclass(frozen=True)
-class SurfaceContact(SpringContact):
-    """p = max(0, -κ g - c g') at quadrature points of the facets below the surface.
+def surface_contact(
+    quadrature: FacetQuadrature, out: Array, modulus: float, viscosity: float
+) -> SpringContact:
+    """The law p = max(0, -κ g - c g') at quadrature points of the facets below the surface.
 
     A point has a spring κ w and a dashpot c w, w its reference area. How far the true surface
     stands out of the facets is taken along the plane's normal, from which that of a patch of radius
     a differs by a/R: an error of s (a/R)²/2. Without it a patch grows by whole facets: on a sphere
     it scatters the peak by up to 1 %.
 
-    quadrature : facets, shape functions and weights
-    out : (n_facets, q), how far the body's true surface stands out of the facets (see
-        `standing_out`), m
-    modulus : κ, Pa/m
-    viscosity : c, Pa s/m
-    """
-
-    quadrature: FacetQuadrature
-    out: Array
-    modulus: float
-    viscosity: float
-
-    @cached_property
-    def springs(self) -> Springs:
-        """Those of the quadrature points."""
-        facets, shape, weight = self.quadrature
-        return Springs(
-            facets, shape, weight, self.out, self.modulus * weight, self.viscosity * weight
-        )
-
-    @property
-    def damping(self) -> Array:
-        """Σ c w N_i (k,), N s/m."""
-        return self.viscosity * self.area
-
-    def touching_points(self, position: Array) -> Array:
-        """The quadrature points, each lowered to the true surface."""
-        facets = np.searchsorted(self.nodes, self.quadrature.facets)
-        points = np.einsum("qa,fad->fqd", self.quadrature.shape, position[facets])
-        points[..., 1] -= self.out
-        return points.reshape(-1, position.shape[1])
-
-
-def surface_contact(
-    quadrature: FacetQuadrature, out: Array, modulus: float, viscosity: float
-) -> SurfaceContact:
-    """Law of modulus κ (Pa/m) and viscosity c (Pa s/m) on the facets, `out` short of their surface.
+    out : (n_facets, q), s, m; see `standing_out`. modulus, viscosity : κ, Pa/m, and c, Pa s/m.
 
     The contact stiffness Σ_q κ w_q N_q N_qᵀ is not diagonal, but as N >= 0 and Σ_i N_i = 1,
     (N_q·x)² <= Σ_i N_qi x_i²: the diagonal of the row sums bounds it (Jensen).
     """
     nodes, area = quadrature.nodal_area()
-    return SurfaceContact(nodes, area, modulus * area, quadrature, out, modulus, viscosity)
+    facets, shape, weight = quadrature
+    springs = Springs(facets, shape, weight, out, modulus * weight, viscosity * weight)
+    return SpringContact(nodes, area, modulus * area, viscosity * area, springs)
 
 
 def contact_modulus(factor: float, plane_modulus: float, radius: float) -> float:

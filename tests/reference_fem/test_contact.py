@@ -12,7 +12,7 @@ from reference_fem import Material, Settings, Status, Surface
 from reference_fem.contact.friction import drag, return_map
 from reference_fem.contact.impulse import impulse_forces
 from reference_fem.contact.law import COLUMNS, DISSIPATION, TANGENTIAL, Memory, Motion
-from reference_fem.contact.penalty import PenaltyContact, adjoining_cells, penalty_contact
+from reference_fem.contact.penalty import adjoining_cells, nodal_springs, penalty_contact
 from reference_fem.stable_step import stable_step
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import SURFACE, body, throw
@@ -142,7 +142,7 @@ def rebound(share: float, phase: float) -> float:
     )  # fmt: skip
     memory = Memory(np.zeros(1, dtype=np.bool_), np.zeros((1, 1)), np.zeros((1, 1)))
     spring, row = np.array([4.0 * share * share]), np.zeros(COLUMNS)
-    law = PenaltyContact(np.zeros(1, np.int64), np.ones(1), spring)
+    law = nodal_springs(np.zeros(1, np.int64), np.ones(1), spring)
     while motion.displacement[0, 1] < 0.0:
         residual = np.zeros((1, 2))
         law.apply(motion, memory, residual, row)

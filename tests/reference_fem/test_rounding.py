@@ -10,7 +10,8 @@ import meshes
 from meshes.ball import half_ball
 from reference_fem.contact.facet_quadrature import facet_quadrature
 from reference_fem.contact.law import COLUMNS, NORMAL, Memory, Motion
-from reference_fem.contact.surface import SurfaceContact, sphere, standing_out, surface_contact
+from reference_fem.contact.springs import SpringContact
+from reference_fem.contact.surface import sphere, standing_out, surface_contact
 from tests.reference_fem.boxes import boxes
 
 R = 0.0075
@@ -62,7 +63,7 @@ def test_a_sphere_is_found_where_there_is_one() -> None:
     assert sphere(square) is None
 
 
-def pressed(law: SurfaceContact, points: np.ndarray, depth: float, turn: float) -> float:
+def pressed(law: SpringContact, points: np.ndarray, depth: float, turn: float) -> float:
     """F_n of a rigid ball about the origin, turned about Z and pushed `depth` into the plane."""
     c, s = math.cos(turn), math.sin(turn)
     moved = points @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
@@ -95,7 +96,7 @@ def test_force_on_a_pressed_ball_converges_whatever_the_phase_of_its_mesh() -> N
         out = standing_out(ball, quadrature.facets, quadrature.shape)
         law = surface_contact(quadrature, out, modulus, 0.0)
         turns = np.linspace(0.0, share * rim / R, 7)
-        flat = replace(law, out=np.zeros_like(out))
+        flat = replace(law, springs=law.springs._replace(out=np.zeros_like(out)))
         forces = np.array(
             [[pressed(of, ball.points, depth, t) for t in turns] for of in (law, flat)]
         )

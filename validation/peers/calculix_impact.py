@@ -14,7 +14,7 @@ import numpy as np
 
 from reference_fem import Material
 from reference_fem.arrays import Array, Index
-from reference_fem.contact.surface import SurfaceContact
+from reference_fem.contact.springs import SpringContact, Springs
 from reference_fem.elements.geometry import by_element, geometries
 from reference_fem.joints.hinges import Hinges
 from reference_fem.model import Model
@@ -54,18 +54,21 @@ def deck(
 
     Raises ValueError: CalculiX does not have the contact law.
     """
-    if not isinstance(model.contact, SurfaceContact):
-        raise ValueError(f"{type(model.contact).__name__}: only 'surface' is a law of CalculiX too")
+    contact = model.contact
+    # springs at single nodes are those of 'penalty'
+    if not isinstance(contact, SpringContact) or contact.springs.facets.shape[1] == 1:
+        raise ValueError(f"{type(contact).__name__}: only 'surface' is a law of CalculiX too")
     points, cells, friction = model.points + displacement, model.cells, model.surface.friction
-    outside = points[model.contact.nodes, 0]
+    outside = points[contact.nodes, 0]
     floor = _floor(model.surface.height, float(outside.mean()), float(np.ptp(outside)))
     plate = len(points) + np.arange(1, 9)[None, :]
-    modulus, last = f"{model.contact.modulus:.9g}", len(cells) + 1
+    springs, last = contact.springs, len(cells) + 1
+    modulus = f"{springs.stiffness[0, 0] / springs.area[0, 0]:.9g}"
     lines = [*calculix.nodes("BODY", points), *calculix.nodes("FLOOR", floor, len(points) + 1)]
     lines += calculix.elements(element, "BLOCK", cells + 1)
     lines += calculix.elements("C3D8", "PLATE", plate, last)
     lines += ["*NSET,NSET=MIDDLE", *(f"{i + 1}," for i in model.symmetry)]
-    lines += ["*SURFACE,NAME=OUTSIDE", *_outside(model.contact, model.cells)]
+    lines += ["*SURFACE,NAME=OUTSIDE", *_outside(springs, model.cells)]
     lines += ["*SURFACE,NAME=TOP", f"{last},S2"]
     elastic, heavier = (material.youngs_modulus, material.poisson_ratio), densities(model, material)
     lines += calculix.material("M", *elastic, material.density, "PLATE")
@@ -130,9 +133,9 @@ def _equations(hinges: Hinges) -> list[str]:
     return lines
 
 
-def _outside(contact: SurfaceContact, cells: Index) -> list[str]:
+def _outside(springs: Springs, cells: Index) -> list[str]:
     """The lines that name the faces of the block's outside."""
-    wanted = {frozenset(facet) for facet in contact.quadrature.facets.tolist()}
+    wanted = {frozenset(facet) for facet in springs.facets.tolist()}
     return [
         f"{e},S{side}"
         for e, cell in enumerate(cells.tolist(), 1)

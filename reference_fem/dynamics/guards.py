@@ -9,7 +9,7 @@ from reference_fem.compiled import njit
 from reference_fem.dynamics.state import LoopState, State
 from reference_fem.dynamics.step import Block
 from reference_fem.elements.geometry import CORNERS, reference_element
-from reference_fem.elements.stress import lower
+from reference_fem.elements.stress import determinant, lower
 from reference_fem.model import Model
 from reference_fem.result import Sample, Status
 from reference_fem.settings import Settings
@@ -112,12 +112,7 @@ def _least_det(
                     x = points[cell[a], i] + displacement[cell[a], i]
                     for k in range(dim):
                         j[i, k] += x * slopes[a, q, k]
-            det = j[0, 0] * j[1, 1] - j[0, 1] * j[1, 0]
-            if dim == 3:
-                det *= j[2, 2]
-                det += j[0, 2] * (j[1, 0] * j[2, 1] - j[1, 1] * j[2, 0])
-                det += j[1, 2] * (j[0, 1] * j[2, 0] - j[0, 0] * j[2, 1])
-            least = lower(least, det)
+            least = lower(least, determinant(j))
     return least
 
 

@@ -85,10 +85,7 @@ def start_state(
             "finger at the start; put it lower"
         )
     residual = np.empty_like(state.velocity)
-    if model.kernel.damped:
-        model.kernel.damped_force(state.displacement, state.velocity, 0.0, residual)
-    else:
-        model.kernel.internal_force(state.displacement, residual)
+    model.kernel.force(state.displacement, residual, (state.velocity, 0.0))
     motion = _motion(model, state.displacement, state.velocity)
     _less_external(model, motion, model.torques.at(time_s), residual)
     half = -0.5 * model.step_s
@@ -118,16 +115,12 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     log = np.zeros((steps, COLUMNS))
     log[:, GAP] = np.inf
     pressure = np.zeros(len(state.displacement))
-    kernel, lag, lost = model.kernel, 0.5 * model.step_s, state.material_J
-    if kernel.damped:
-        stored, hourglass, power = kernel.audited_damped_force(
-            state.displacement, state.velocity, lag, residual
-        )
-        # before the first step there was no motion
-        lost += model.step_s * power if state.step else 0.0
-    else:
-        stored, hourglass = kernel.audited_force(state.displacement, residual)
-    lost_before = lost
+    kernel, lag = model.kernel, 0.5 * model.step_s
+    stored, hourglass, power = kernel.force(
+        state.displacement, residual, (state.velocity, lag), audited=True
+    )
+    # before the first step there was no motion
+    lost = lost_before = state.material_J + (model.step_s * power if state.step else 0.0)
     torques, torque_change_work = model.torques.at(state.time_s), state.torque_change_work_J
     u, v = state.displacement.copy(), state.velocity.copy()
     motion = _motion(model, u, v)
@@ -145,10 +138,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
                 torque_change_work += work_of(model, change, 0.5 * (began + ends))
         if number == steps:
             break
-        if kernel.damped:
-            lost += model.step_s * kernel.damped_force(u, v, lag, residual)
-        else:
-            kernel.internal_force(u, residual)
+        lost += model.step_s * kernel.force(u, residual, (v, lag)).power
         _less_external(model, motion, torques, residual, touching, log[number])
         leapfrog(u, v, residual, *constants)
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])

@@ -22,18 +22,33 @@ import numpy as np
 from reference_fem.arrays import Array, Index
 from reference_fem.elements import loops
 from reference_fem.elements.blocks import Blocks
-from reference_fem.elements.stress import damping_stress, field_gradients, von_mises
-
-# (blocks, displacement, gradients, mu, lame, cells, out (n, components) in Pa)
-Stresses = Callable[[Blocks, Array, Array, Array, Array, Index, Array], None]
+from reference_fem.elements.stress import (
+    COMPONENTS,
+    cauchy_stress,
+    damping_stress,
+    field_gradients,
+    von_mises,
+)
 
 
 class ElementKind(NamedTuple):
-    """A class of `Blocks`, the rows of its kernels' workspace and its compiled stresses."""
+    """A class of `Blocks`, the rows of its kernels' workspace and, where the pressure lambda tr E
+    is not that of F, what fills it: (blocks, displacement, cells, out (n,) in Pa).
+    """
 
     blocks: type[Blocks]
     scratch_rows: int
-    stresses: Stresses
+    pressures: Callable[[Blocks, Array, Index, Array], None] | None = None
+
+
+class Forces(NamedTuple):
+    """What goes with the elements' forces: the stored energy and hourglass control's part of it, J,
+    zero unless audited, and the power that damping dissipates, W.
+    """
+
+    stored: float
+    hourglass: float
+    power: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,50 +96,43 @@ class ElementKernel:
         """Bytes of element data that one evaluation of the force reads, without nodal arrays."""
         return self.blocks.nodes.nbytes + self.blocks.reference.nbytes
 
-    def internal_force(self, displacement: Array, out: Array) -> None:
-        """Overwrite `out` (n_nodes, dim) with f_int in N, on numba's current number of threads."""
-        u = self._checked(displacement, out)
-        loops.internal_force(self.blocks, u, numba.get_num_threads(), out)
-
-    def audited_force(self, displacement: Array, out: Array) -> tuple[float, float]:
-        """`internal_force`; returns the stored energy and hourglass control's part of it, J.
-
-        Energies come from the strains at the points, not from force times displacement. They take
-        3 % more time for 1-point hexahedra, 10 % for 8-point ones, 20 % for plane quadrilaterals
-        (measured).
-        """
-        u, parts = self._checked(displacement, out), np.empty((numba.get_num_threads(), 2))
-        loops.internal_force(self.blocks, u, len(parts), out, parts)
-        return _energies(parts)
-
     @cached_property
     def damped(self) -> bool:
         """Whether any element has a relaxation time."""
         return bool(self.relaxation.any())
 
-    def damped_force(self, displacement: Array, velocity: Array, lag: float, out: Array) -> float:
-        """`internal_force` with damping; returns the power that damping dissipates, W.
+    def force(
+        self, displacement: Array, out: Array, moving: tuple[Array, float] | None = None,
+        audited: bool = False,
+    ) -> Forces:  # fmt: skip
+        """Overwrite `out` (n_nodes, dim) with f_int in N, on numba's current number of threads.
 
-        velocity : (n_nodes, dim) m/s, at `lag` seconds before the displacement: the dissipation is
-            that of this earlier time, and rigid rotations are not damped
+        moving : velocity (n_nodes, dim), m/s, and how long before the displacement it was, s, for
+            damping: the dissipation is that of this earlier time, and rigid rotations are not
+            damped. None: no damping
+        audited : whether energies are wanted. They come from the strains at the points, not from
+            force times displacement, and take 3 % more time for 1-point hexahedra, 10 % for
+            8-point ones, 20 % for plane quadrilaterals (measured)
         """
-        power = np.empty(numba.get_num_threads())
-        u, v = self._checked(displacement, out), self._checked(velocity)
-        loops.internal_force(self.blocks, u, len(power), out, None, (v, lag, power))
-        return float(sum(power.tolist()))
+        u, threads = self._checked(displacement, out), numba.get_num_threads()
+        parts, damping = np.empty((threads, 2)) if audited else None, None
+        if moving is not None and self.damped:
+            damping = self._checked(moving[0]), moving[1], np.empty(threads)
+        loops.internal_force(self.blocks, u, threads, out, parts, damping)
+        strain = hourglass = power = 0.0
+        if parts is not None:
+            strain, hourglass = (sum(of_threads) for of_threads in parts.T.tolist())
+        if damping is not None:
+            power = float(sum(damping[2].tolist()))
+        return Forces(strain + hourglass, hourglass, power)
 
-    def audited_damped_force(
-        self, displacement: Array, velocity: Array, lag: float, out: Array
-    ) -> tuple[float, float, float]:
-        """`damped_force`; also returns what `audited_force` does, before the power."""
-        parts, power = np.empty((numba.get_num_threads(), 2)), np.empty(numba.get_num_threads())
-        u, v = self._checked(displacement, out), self._checked(velocity)
-        loops.internal_force(self.blocks, u, len(parts), out, parts, (v, lag, power))
-        return *_energies(parts), float(sum(power.tolist()))
+    def internal_force(self, displacement: Array, out: Array) -> None:
+        """`force` without damping and energies."""
+        self.force(displacement, out)
 
     def energies(self, displacement: Array) -> tuple[float, float]:
         """Stored energy and hourglass control's part of it, J."""
-        return self.audited_force(displacement, np.empty(self.points.shape))
+        return self.force(displacement, np.empty(self.points.shape), audited=True)[:2]
 
     def cell_stress(
         self, displacement: Array, cells: Index | None = None, velocity: Array | None = None
@@ -135,19 +143,20 @@ class ElementKernel:
         (None: all), so that a probe only pays for those that it reads.
         """
         chosen = np.arange(self.n_cells) if cells is None else np.asarray(cells, dtype=np.int64)
-        stress = np.empty((len(chosen), 6 if self.dim == 3 else 3))
-        u = self._checked(displacement)
-        self.kind.stresses(self.blocks, u, self.gradients, self.mu, self.lame, chosen, stress)
+        u, pressures = self._checked(displacement), None
+        if self.kind.pressures is not None:
+            pressures = np.empty(len(chosen))
+            self.kind.pressures(self.blocks, u, chosen, pressures)
+        given, components = (self.cells, self.gradients), COMPONENTS[self.dim]
+        stress = cauchy_stress(u, *given, chosen, self.mu, self.lame, pressures, components)
         relaxing = np.flatnonzero(self.relaxation[chosen])
         if velocity is not None and relaxing.size:
             some = chosen[relaxing]
-            of_cells = self.cells, self.gradients, some
-            f = field_gradients(self.points + u, *of_cells)
-            rate = field_gradients(self._checked(velocity), *of_cells)
-            stress[relaxing] += damping_stress(
-                f, rate, *(of[some] for of in (self.mu, self.lame, self.relaxation))
-            )
-        return stress
+            f = field_gradients(self.points + u, *given, some)
+            rate = field_gradients(self._checked(velocity), *given, some)
+            constants = (of[some] for of in (self.mu, self.lame, self.relaxation))
+            stress[relaxing] += damping_stress(f, rate, *constants)[:, *components]
+        return np.asarray(stress)
 
     def von_mises(self, displacement: Array, velocity: Array | None = None) -> Array:
         """Equivalent stress at the centres, (n_cells,), Pa; see `cell_stress`."""
@@ -178,9 +187,3 @@ def lame_constants(young: Array, poisson: Array) -> tuple[Array, Array]:
     """Shear modulus mu and lambda of Young's modulus and Poisson's ratio, Pa."""
     mu = young / (2.0 * (1.0 + poisson))
     return mu, young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-
-
-def _energies(parts: Array) -> tuple[float, float]:
-    """Stored energy and hourglass control's part, J, from those of the threads (threads, 2)."""
-    strain, hourglass = (sum(of_threads) for of_threads in parts.T.tolist())
-    return strain + hourglass, hourglass

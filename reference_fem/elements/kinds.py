@@ -10,9 +10,9 @@ from reference_fem.elements.hexahedron import eight_point_kernel as eight_point
 from reference_fem.elements.hexahedron import one_point_kernel as one_point
 from reference_fem.elements.quadrilateral import kernel as quad4
 
-EIGHT_POINT = ElementKind(eight_point.Hex8Blocks, eight_point.SCRATCH_ROWS, eight_point.stresses)
-ONE_POINT = ElementKind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS, one_point.stresses)
-PLANE_STRESS = ElementKind(quad4.Quad4Blocks, quad4.SCRATCH_ROWS, quad4.stresses)
+EIGHT_POINT = ElementKind(eight_point.Hex8Blocks, eight_point.SCRATCH_ROWS, eight_point.pressures)
+ONE_POINT = ElementKind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS)
+PLANE_STRESS = ElementKind(quad4.Quad4Blocks, quad4.SCRATCH_ROWS)
 
 HOURGLASS = 1.0  # c of 1-point hexahedra: exact bending of a cube
 

@@ -82,8 +82,8 @@ def share_force(
 
 @njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
 def internal_force(
-    blocks: Blocks, displacement: Array, n_threads: int, out: Array, stored: Stored = None,
-    moving: Moving = None,
+    blocks: Blocks, displacement: Array, n_threads: int, out: Array, stored: Stored,
+    moving: Moving,
 ) -> None:  # fmt: skip
     """Internal force of the mesh, (n_nodes, dim), N; the same bits for one number of threads.
 

@@ -4,20 +4,12 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import inner, njit
-from reference_fem.elements.blocks import LANES, Blocks
 
-
-@inner()
-def deformation(blocks: Blocks, displacement: Array, cell: int, gradients: Array, f: Array) -> None:
-    """F = sum_a x_a grad N_a (dim, dim) of one element, gradients (corners, dim) in 1/m."""
-    nodes = blocks.nodes[cell // LANES, cell % LANES]
-    f[:] = 0.0
-    for a in range(len(nodes)):
-        n = nodes[a]
-        for i in range(len(f)):
-            x = blocks.points[n, i] + displacement[n, i]
-            for j in range(len(f)):
-                f[i, j] += x * gradients[a, j]
+# Rows and columns of a stress's components as they are given, by space dimension.
+COMPONENTS = {
+    3: (np.array([0, 1, 2, 0, 1, 0]), np.array([0, 1, 2, 1, 2, 2])),
+    2: (np.array([0, 1, 0]), np.array([0, 1, 1])),
+}
 
 
 @njit(cache=True, error_model="numpy")
@@ -42,56 +34,57 @@ def lower(a: float, b: float) -> float:
 
 
 @inner()
-def cauchy_stress(f: Array, mu: float, pressure: float, stress: Array) -> None:
-    """Cauchy stress F S F^T / det F with S = pressure I + mu (F^T F - I), Pa.
-
-    f (3, 3) deformation gradient; `pressure` = lambda tr E; stress (6,) out: xx yy zz xy yz xz.
-    With B = F F^T: F S F^T = pressure B + mu B (B - I), which keeps the digits of small strains.
-    """
-    xx = f[0, 0] * f[0, 0] + f[0, 1] * f[0, 1] + f[0, 2] * f[0, 2]
-    yy = f[1, 0] * f[1, 0] + f[1, 1] * f[1, 1] + f[1, 2] * f[1, 2]
-    zz = f[2, 0] * f[2, 0] + f[2, 1] * f[2, 1] + f[2, 2] * f[2, 2]
-    xy = f[0, 0] * f[1, 0] + f[0, 1] * f[1, 1] + f[0, 2] * f[1, 2]
-    yz = f[1, 0] * f[2, 0] + f[1, 1] * f[2, 1] + f[1, 2] * f[2, 2]
-    xz = f[0, 0] * f[2, 0] + f[0, 1] * f[2, 1] + f[0, 2] * f[2, 2]
-    x, y, z = xx - 1.0, yy - 1.0, zz - 1.0
-    det = (
-        f[0, 0] * (f[1, 1] * f[2, 2] - f[1, 2] * f[2, 1])
-        + f[0, 1] * (f[1, 2] * f[2, 0] - f[1, 0] * f[2, 2])
-        + f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
-    )
-    stress[0] = (pressure * xx + mu * (xx * x + xy * xy + xz * xz)) / det
-    stress[1] = (pressure * yy + mu * (xy * xy + yy * y + yz * yz)) / det
-    stress[2] = (pressure * zz + mu * (xz * xz + yz * yz + zz * z)) / det
-    stress[3] = (pressure * xy + mu * (xx * xy + xy * y + xz * yz)) / det
-    stress[4] = (pressure * yz + mu * (xy * xz + yy * yz + yz * z)) / det
-    stress[5] = (pressure * xz + mu * (xx * xz + xy * yz + xz * z)) / det
-
-
-@inner()
-def cauchy_plane_stress(f: Array, mu: float, lame: float, stress: Array) -> None:
-    """In-plane Cauchy stress F S F^T / (det F lambda_z) of a sheet with S_zz = 0, Pa.
-
-    f (2, 2); `lame` = lambda* = 2 lambda mu/(lambda + 2 mu); stress (3,) out: xx yy xy. S_zz = 0
-    gives 2 mu E_zz = -lambda* tr E, and the stretch lambda_z of the thickness is sqrt(1 + 2 E_zz).
-    """
-    b11 = f[0, 0] * f[0, 0] + f[0, 1] * f[0, 1]
-    b22 = f[1, 0] * f[1, 0] + f[1, 1] * f[1, 1]
-    b12 = f[0, 0] * f[1, 0] + f[0, 1] * f[1, 1]
-    d11, d22 = b11 - 1.0, b22 - 1.0
-    pressure = 0.5 * lame * (d11 + d22)
+def determinant(f: Array) -> float:
+    """Determinant of f (dim, dim), dim 2 or 3."""
     det = f[0, 0] * f[1, 1] - f[0, 1] * f[1, 0]
-    volume = det * np.sqrt(1.0 - pressure / mu)
-    stress[0] = (pressure * b11 + mu * (b11 * d11 + b12 * b12)) / volume
-    stress[1] = (pressure * b22 + mu * (b22 * d22 + b12 * b12)) / volume
-    stress[2] = (pressure * b12 + mu * (b11 * b12 + b12 * d22)) / volume
+    if len(f) == 3:
+        det *= f[2, 2]
+        det += f[0, 2] * (f[1, 0] * f[2, 1] - f[1, 1] * f[2, 0])
+        det += f[1, 2] * (f[0, 1] * f[2, 0] - f[0, 0] * f[2, 1])
+    return float(det)
+
+
+@njit(cache=True, error_model="numpy")
+def cauchy_stress(
+    displacement: Array, cells: Index, gradients: Array, chosen: Index, mu: Array, lame: Array,
+    pressures: Array | None, components: tuple[Index, Index],
+) -> Array:  # fmt: skip
+    """Components of the Cauchy stress F S F^T / det F of the chosen cells, (n, components), Pa.
+
+    S = p I + mu (F^T F - I) with the `pressures` p (n,), Pa; None: p = lambda tr E. With B = F F^T:
+    F S F^T = p B + mu B (B - I), which keeps the digits of small strains. In plane stress `lame` is
+    lambda* = 2 lambda mu/(lambda + 2 mu); S_zz = 0 gives 2 mu E_zz = -p, and the stretch of the
+    sheet's thickness, sqrt(1 + 2 E_zz), multiplies det F.
+    """
+    slopes = field_gradients(displacement, cells, gradients, chosen)
+    dim, (rows, columns) = slopes.shape[1], components
+    stress, left, unit = np.empty((len(chosen), len(rows))), np.empty((dim, dim)), np.eye(dim)
+    for row in range(len(chosen)):
+        cell, f = chosen[row], slopes[row]
+        for i in range(dim):
+            f[i, i] += 1.0
+        volume, trace = determinant(f), -float(dim)
+        for i in range(dim):
+            for j in range(dim):
+                left[i, j] = 0.0
+                for k in range(dim):
+                    left[i, j] += f[i, k] * f[j, k]
+            trace += left[i, i]
+        pressure = 0.5 * lame[cell] * trace if pressures is None else pressures[row]
+        if dim == 2:
+            volume *= np.sqrt(1.0 - pressure / mu[cell])
+        for c in range(len(rows)):
+            i, j, square = rows[c], columns[c], 0.0
+            for k in range(dim):
+                square += left[i, k] * (left[k, j] - unit[k, j])
+            stress[row, c] = (pressure * left[i, j] + mu[cell] * square) / volume
+    return stress
 
 
 def damping_stress(f: Array, rate: Array, mu: Array, lame: Array, relaxation: Array) -> Array:
-    """Cauchy stress F S F^T / det F of S = tau (lambda tr E. I + 2 mu E.), Pa.
+    """Cauchy stress F S F^T / det F (n, dim, dim) of S = tau (lambda tr E. I + 2 mu E.), Pa.
 
-    Components are those of `cauchy_stress`, or of `cauchy_plane_stress`. For a sheet with lambda*
-    it is per volume with the undeformed thickness.
+    For a sheet with lambda* it is per volume with the undeformed thickness.
 
     f, rate : (n, dim, dim) F and dF/dt, 1/s.
     mu, lame, relaxation : (n,) Lame's constants, Pa, and tau, s.
@@ -101,10 +94,7 @@ def damping_stress(f: Array, rate: Array, mu: Array, lame: Array, relaxation: Ar
     trace = np.trace(strain_rate, axis1=1, axis2=2)[:, None, None] * np.eye(f.shape[1])
     s = lame[:, None, None] * trace + 2.0 * mu[:, None, None] * strain_rate
     stress = f @ s @ f.transpose(0, 2, 1) * (relaxation / np.linalg.det(f))[:, None, None]
-    rows, columns = ((0, 1, 2, 0, 1, 0), (0, 1, 2, 1, 2, 2)) if f.shape[1] == 3 else (
-        (0, 1, 0), (0, 1, 1),
-    )  # fmt: skip
-    return np.asarray(stress[:, rows, columns])
+    return np.asarray(stress)
 
 
 def von_mises(stress: Array) -> Array:

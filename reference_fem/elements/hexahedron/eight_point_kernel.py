@@ -1,4 +1,4 @@
-"""Compiled kernels of the 8-node hexahedron: force, energy, mean dilatation, det F, stress.
+"""Compiled kernels of the 8-node hexahedron: force, energy, mean dilatation, det F.
 
 Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_q, V = sum w_q:
 
@@ -46,7 +46,7 @@ from reference_fem.elements.hexahedron.point import (
     strain_rate,
 )
 from reference_fem.elements.loops import implement
-from reference_fem.elements.stress import cauchy_stress, deformation, lower
+from reference_fem.elements.stress import lower
 
 # Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
 # energies or dets. With damping: 24 nodal velocities; 36 values of their g_k; sum of
@@ -262,34 +262,21 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
 
 
 @entry
-def stresses(
-    blocks: Blocks,
-    displacement: Array,
-    gradients: Array,
-    mu: Array,
-    _lame: Array,
-    cells: Index,
-    stress: Array,
-) -> None:
-    """Cauchy stress F S F^T / det F at the centres of `cells` into stress (n, 6), Pa.
+def pressures(blocks: Blocks, displacement: Array, cells: Index, out: Array) -> None:
+    """Lambda e, Pa, of `cells` into out (n,), e their mean dilatation.
 
-    S = lambda e I + 2 mu E with the element's mean e and E at the centre. Each block is gathered
-    once for a run of cells that lie in it; gradients (n_cells, 8, 3) are those at the centre, 1/m.
+    Each block is gathered once for a run of cells that lie in it.
     """
     gathered = -1
-    f = np.empty((3, 3))
     s = blocks.scratch[0]
     for row in range(len(cells)):
-        cell = cells[row]
-        block, lane = cell // LANES, cell % LANES
+        block, lane = cells[row] // LANES, cells[row] % LANES
         r = blocks.reference[block]
         if block != gathered:
             gather_positions(blocks.points, displacement, blocks.nodes[block], s)
             block_dilatation(s, r)
             gathered = block
-        deformation(blocks, displacement, cell, gradients[cell], f)
-        pressure = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
-        cauchy_stress(f, mu[cell], pressure, stress[row])
+        out[row] = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
 
 
 implement(Hex8Blocks, add_force, least_det)

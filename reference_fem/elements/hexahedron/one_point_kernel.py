@@ -1,4 +1,4 @@
-"""Compiled kernels of the 1-point hexahedron: force, energies, det F, stress.
+"""Compiled kernels of the 1-point hexahedron: force, energies, det F.
 
 Flanagan and Belytschko (1981) in total Lagrangian form. With the mean gradients
 b_a = 1/V int grad N_a dV, reference corners X_a and the four hourglass vectors h^n of +-1,
@@ -23,7 +23,7 @@ Scratch rows: 24 of displacements (later forces), 24 of reference corners, two o
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import inlined, kernel, njit
+from reference_fem.compiled import inlined, kernel
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import Four, Three
@@ -31,7 +31,7 @@ from reference_fem.elements.hexahedron.modes import Modes, Six, dot, mean_gradie
 from reference_fem.elements.hexahedron.nodes import gather, scatter
 from reference_fem.elements.hexahedron.point import Rows
 from reference_fem.elements.loops import implement
-from reference_fem.elements.stress import cauchy_stress, deformation, lower
+from reference_fem.elements.stress import lower
 
 CORNERS = 24
 RESULT = CORNERS + 24
@@ -201,25 +201,6 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     for lane in range(LANES):
         smallest = lower(smallest, s[RESULT * LANES + lane])
     return float(smallest)
-
-
-@njit(cache=True, error_model="numpy")
-def stresses(
-    blocks: Blocks,
-    displacement: Array,
-    gradients: Array,
-    mu: Array,
-    lame: Array,
-    cells: Index,
-    stress: Array,
-) -> None:
-    """Cauchy stress of `cells` into stress (n, 6), Pa; gradients (n_cells, 8, 3), 1/m."""
-    f = np.empty((3, 3))
-    for row in range(len(cells)):
-        cell = cells[row]
-        deformation(blocks, displacement, cell, gradients[cell], f)
-        trace = 0.5 * ((f * f).sum() - 3.0)
-        cauchy_stress(f, mu[cell], lame[cell] * trace, stress[row])
 
 
 implement(OnePointBlocks, add_force, least_det)

@@ -1,4 +1,4 @@
-"""Compiled kernels of the 4-node quadrilateral in plane stress: force, energy, stress, det F.
+"""Compiled kernels of the 4-node quadrilateral in plane stress: force, energy, det F.
 
 Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = thickness x area:
 
@@ -18,11 +18,11 @@ Scratch rows 0..3 hold x, 4..7 y of the nodes, row 8 energies, 9..16 velocities,
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import entry, inlined, kernel
+from reference_fem.compiled import inlined, kernel
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Nodes, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import LOW, Three
 from reference_fem.elements.loops import implement
-from reference_fem.elements.stress import cauchy_plane_stress, deformation, lower
+from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 POINT_ROWS = 4
@@ -270,24 +270,6 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
             fx, fy = gradient_row(x[q], r, o), gradient_row(y[q], r, o)
             smallest = lower(smallest, fx[0] * fy[1] - fx[1] * fy[0])
     return float(smallest)
-
-
-@entry
-def stresses(
-    blocks: Blocks,
-    displacement: Array,
-    gradients: Array,
-    mu: Array,
-    lame: Array,
-    cells: Index,
-    stress: Array,
-) -> None:
-    """Cauchy stress at the centres of `cells` into stress (n, 3), Pa; `lame` holds lambda*."""
-    f = np.empty((2, 2))
-    for row in range(len(cells)):
-        cell = cells[row]
-        deformation(blocks, displacement, cell, gradients[cell], f)
-        cauchy_plane_stress(f, mu[cell], lame[cell], stress[row])
 
 
 implement(Quad4Blocks, add_force, least_det)

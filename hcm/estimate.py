@@ -256,6 +256,8 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
 def _percent(share: float) -> str:
     if share == math.inf:
         return "unknown"
+    if share > 10.0:
+        return "more than 1000 %"
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"
 
 

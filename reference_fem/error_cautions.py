@@ -89,4 +89,6 @@ def percent(share: float) -> str:
     """A share as text, in per cent with two digits; "unknown" if infinite."""
     if share == math.inf:
         return "unknown"
+    if share > 10.0:
+        return "more than 1000 %"
     return f"{100 * share:.2g} %" if share < 0.995 else f"{100 * share:.0f} %"

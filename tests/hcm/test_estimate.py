@@ -12,6 +12,7 @@ from hcm.companion import grazes
 from hcm.estimate import (
     TITLES,
     between_rows,
+    caution,
     companion_errors,
     estimate_errors,
     later_taps,
@@ -265,3 +266,8 @@ def test_what_rods_leave_out_is_in_the_friction_of_a_tip_that_sticks(
     assert known < 0.6 * off, "the closer run must be able to tell"
     assert off < stated + known
     assert stated < 10 * off
+
+
+def test_a_caution_has_no_more_digits_than_the_error_is_worth() -> None:
+    (text,) = caution({"peak_normal_force_N": 4.6e8}, hcm.Settings())
+    assert "peak normal force more than 1000 %" in text

@@ -12,6 +12,7 @@ import pytest
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.tap import next_touch_s
+from reference_fem.error_cautions import percent
 from reference_fem.estimate import SolvedScene, standing_out
 from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.hertz import hertz_patch
@@ -504,3 +505,11 @@ def test_what_leads_to_the_touch_changes_the_speed_as_is_stated() -> None:
     assert apart.max() > 5e-3
     # what the tip gains between its nodes' touch and the sphere's goes with the speed read
     np.testing.assert_allclose(np.subtract(*stated[::-1]), apart, rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("share", "text"),
+    [(0.0123, "1.2 %"), (1.5, "150 %"), (4.6e8, "more than 1000 %"), (np.inf, "unknown")],
+)
+def test_a_share_has_no_more_digits_than_it_is_worth(share: float, text: str) -> None:
+    assert percent(share) == text

@@ -170,17 +170,11 @@ def contact_velocity(
 
 @kernel
 def tip_slopes(
-    q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
-) -> tuple[float, float, float, float, float]:
-    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m): t (1 - C t)^-1."""
-    return strained_slopes(1.0, q, tip, contact, law)
-
-
-@kernel
-def strained_slopes(
     strain: float, q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float, float, float, float]:
-    """`tip_slopes` with dF/du_Y of the springs times `strain`, t diag(1, strain) (1 - C t)^-1."""
+    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m), t diag(1, strain)
+    (1 - C t)^-1; strain : factor of the springs' dF/du_Y, 1 but for `strain_share`.
+    """
     x, y = contact_position(q, tip, contact, law)
     ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
     a, b, c, d, det = yielding(tx, ty, ny, law)
@@ -219,7 +213,7 @@ def rate_force(
         return 0.0, 0.0
     more, along = -radiation_damping(gap, contact, law) * v[tip + 1], 0.0
     if law.relaxation > 0.0:
-        _, tx, tg, nx, ng = strained_slopes(strain_share(contact, law), q, tip, contact, law)
+        _, tx, tg, nx, ng = tip_slopes(strain_share(contact, law), q, tip, contact, law)
         vt, vn = path_rate(q, v, tip, law)
         more += law.relaxation * (nx * vt + ng * vn)
         along = law.relaxation * (tx * vt + tg * vn)
@@ -292,7 +286,7 @@ def add_rate(
     w, (_, y) = HALF_BANDWIDTH, contact_position(q, tip, contact, law)
     damping = radiation_damping(y, contact, law)
     if law.relaxation > 0.0:
-        _, tx, _, _, ng = strained_slopes(strain_share(contact, law), q, tip, contact, law)
+        _, tx, _, _, ng = tip_slopes(strain_share(contact, law), q, tip, contact, law)
         damping -= law.relaxation * ng
         rows[w + tip, w] -= weight * law.relaxation * tx
     rows[w + tip + 1, w] += weight * damping
@@ -307,7 +301,7 @@ def add_tangent(
     if contact.normal_mode == FLIGHT:
         return 0.0
     w, unit = HALF_BANDWIDTH, scale[tip + 2]
-    ft, tx, _, nx, ng = tip_slopes(q, tip, contact, law)
+    ft, tx, _, nx, ng = tip_slopes(1.0, q, tip, contact, law)
     h = ball_radius(law)
     px, py = torque_force(h, q[tip + 2], q[tip + 3])
     bx, by = unit * px, unit * py
@@ -331,7 +325,7 @@ def fill_column(
     q: Floats, tip: int, scale: Floats, contact: ContactState, law: RoundTipLaw, column: Floats
 ) -> None:
     """Write c = (dF_t/dg - dF_n/dX) (e_X + R grad psi) of the unsymmetric part s c e_Y^T."""
-    _, _, tg, nx, _ = tip_slopes(q, tip, contact, law)
+    _, _, tg, nx, _ = tip_slopes(1.0, q, tip, contact, law)
     turning = (tg - nx) * ball_radius(law)
     px, py = torque_force(turning * scale[tip + 2], q[tip + 2], q[tip + 3])
     column[tip], column[tip + 2], column[tip + 3] = tg - nx, px, py

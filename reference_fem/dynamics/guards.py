@@ -42,22 +42,30 @@ def failure(
     found = _energy(model, settings, state, taken, now.largest_kinetic_J)
     if found is not None:
         return found
-    smallest = np.inf
-    if block.searched and taken.normal_force_N > 0.0:
-        smallest = touching_det(model, state.displacement, block.pressure)
-    if now.audits % FULL_SEARCH == 0:
-        smallest = min(smallest, model.kernel.min_det_F(state.displacement))
-        found = _passed_through(model, state)
-    if not smallest > 0.0:
-        smallest = model.kernel.min_det_F(state.displacement)
-        what = f"det F fell to {smallest:.3g}"
-        if smallest > 0.0:  # at the points of the element's own rule
-            what = "det F fell below 0 in a part of an element that touches"
-        return Status.INVERTED_ELEMENT, f"{what} {_where(model, state)}"
+    touches = block.searched and taken.normal_force_N > 0.0
+    crushed = touches and not touching_det(model, state.displacement, block.pressure) > 0.0
+    if crushed or now.audits % FULL_SEARCH == 0:
+        found = searched(model, state, crushed)
     if found is None and now.steps >= settings.max_steps:
         message = f"max_steps = {settings.max_steps} reached {_where(model, state)}"
         found = Status.WORK_LIMIT, message
     return found
+
+
+def searched(model: Model, state: State, crushed: bool = False) -> Failure | None:
+    """Failure by an element turned inside out, or by a part below the surface that can't touch it.
+
+    crushed : whether an element that touches is known to be turned inside out at a Gauss point,
+        which its own rule may not use
+    """
+    smallest = model.kernel.min_det_F(state.displacement)
+    if not smallest > 0.0:
+        what = f"det F fell to {smallest:.3g}"
+    elif crushed:
+        what = "det F fell below 0 in a part of an element that touches"
+    else:
+        return _passed_through(model, state)
+    return Status.INVERTED_ELEMENT, f"{what} {_where(model, state)}"
 
 
 def _energy(

@@ -10,7 +10,7 @@ from reference_fem.cautions import Evidence, cautions
 from reference_fem.coarse_flight import CoarseFlight
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, expected_speed, flight_block
-from reference_fem.dynamics.guards import failure
+from reference_fem.dynamics.guards import failure, searched
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
 from reference_fem.dynamics.state import LoopState, State, Tap, pack
@@ -86,7 +86,7 @@ def explicit_tap(
             now = replace(now, state=after, tap=tap, audits=now.audits + 1)
             ends = ending(settings, tap, after.time_s, now.start_s)
             if ends is not None:
-                status, message = ends
+                status, message = searched(on, after) or ends
                 break
             _report(model, settings, now, reporting, recorder)
     except KeyboardInterrupt:

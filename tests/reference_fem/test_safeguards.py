@@ -105,11 +105,16 @@ def test_energy_that_plastic_impacts_take_is_called_lost() -> None:
     assert "surface" in result.message
 
 
-def test_a_phalanx_that_the_contact_does_not_know_is_noticed() -> None:
+@pytest.mark.parametrize(("audits", "end_s"), [(guards.FULL_SEARCH, None), (10**9, 4.5e-3)])
+def test_a_phalanx_that_the_contact_does_not_know_is_noticed(
+    monkeypatch: pytest.MonkeyPatch, audits: int, end_s: float | None
+) -> None:
+    """At a search on the way, or where the run ends."""
+    monkeypatch.setattr(guards, "FULL_SEARCH", audits)
     mesh = boxes((0.04, 0.03), (0.01,), (8, 2))
     # The first phalanx goes down, the last one points up.
     start = rf.ChainState(np.array([0.4, -0.4]), np.array([40.0, -40.0]), 0.0)
-    settings = rf.Settings(flight="explicit", max_flight_time_s=0.01)
+    settings = rf.Settings(flight="explicit", max_flight_time_s=0.01, end_time_s=end_s)
     result = rf.simulate(
         mesh, (RUBBER,) * 2, rf.Surface(0.0215, 0.3), rf.Drive(), settings, start=start
     )

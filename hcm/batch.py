@@ -83,7 +83,7 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
     check_kind("columns", columns, Mapping)
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
     columns = {
-        name: np.asarray(column).tolist() if hasattr(column, "__array__") else column
+        name: np.asanyarray(column).tolist() if hasattr(column, "__array__") else column
         for name, column in columns.items()
     }
     for name, column in columns.items():

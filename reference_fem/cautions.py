@@ -75,14 +75,16 @@ def cautions(evidence: Evidence) -> tuple[str, ...]:
     return tuple([line for doubt in doubts if (line := doubt(evidence))])
 
 
+SPIKED = (
+    "the peak normal force is a spike of a few steps or elements that another step or mesh changes"
+)
+
+
 def spiked(run: Evidence) -> str:
     """The peak force stands out so much that step or mesh have not resolved it."""
     if spike(run.forces.normal_force_N, steps_per_cell_transit(run.model)) <= SPIKE:
         return ""
-    return (
-        "the peak normal force is a spike of a few steps or elements that another step or "
-        f"mesh changes: use {_smoother(run.settings)}"
-    )
+    return f"{SPIKED}: use {_smoother(run.settings)}"
 
 
 def few_steps(run: Evidence) -> str:

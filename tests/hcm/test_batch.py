@@ -116,6 +116,13 @@ def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyP
     assert peaks[4] == own(given[4]).summary.peak_normal_force_N
 
 
+def test_a_masked_value_is_none() -> None:
+    """Not the number that the mask hides."""
+    column = np.ma.masked_array([0.1, 0.2], mask=[False, True])
+    first, second = hcm.simulate_each(hcm.vary(SCENE, {"surface.friction": column}))
+    assert [first.status, second.status] == ["COMPLETED", "REFUSED"]
+
+
 @pytest.mark.parametrize("kills", [1, 100])
 def test_a_killed_process_costs_the_other_scenes_nothing(
     kills: int, monkeypatch: pytest.MonkeyPatch

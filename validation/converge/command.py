@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from validation.converge import verdicts
-from validation.converge.refinement_runs import LevelRuns
+from validation.converge.refinement_runs import PEAKS, LevelRuns
 from validation.converge.refinements import (
     NO_ACCURACY,
     PRESET_KEY,
@@ -21,7 +21,7 @@ from validation.converge.refinements import (
 from validation.converge.verdicts import RefinedRuns
 from validation.errors import RunFailedError
 from validation.harness.command_line import Flag, Overrides, Source
-from validation.harness.console import output, progress_bar
+from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLUE, GREEN, ORANGE, panels
 from validation.harness.files import exclusive_folder, output_folder, write_json
 from validation.harness.quantities import OF_A_TAP, Quantity, quantity
@@ -145,6 +145,13 @@ def run_converge(
             f" known to {percent:.1f} % in all"
         )
     output(f"  files in {folder}")
+    for refined_runs in results:
+        if spikes := sum(values[PEAKS[0]] is None for values in refined_runs.values.values()):
+            say(
+                f"caution: {title}, {refined_runs.refinement.name}: the peak force of {spikes} of"
+                f" {len(refined_runs.values)} levels is a spike of a few steps or elements, which"
+                " has no limit: none is given"
+            )
     if failures:
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")
 

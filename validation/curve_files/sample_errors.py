@@ -101,6 +101,20 @@ def excess(force: Floats, scatter: float) -> float:
     return scatter * (1.0 + math.sqrt(2.0 * math.log(near)))
 
 
+def _edge(time: Floats, force: Floats) -> float:
+    """What the trapezoids of a tap's first edge leave of its impulse, N s.
+
+    With F_1, F_2, F_3 the first samples with force, dt apart: dt max(F_1, F_2 - F_1)/12, the sum of
+    Euler and Maclaurin for a slope that goes on to zero, and half of what a trapezoid holds of a
+    rise in its own interval alone: of F_1 above F_2 - F_1, of that above twice F_3 - F_2.
+
+    time, force : (n,), s, N, from the last sample without force on
+    """
+    first, (second, third) = force[1], np.diff(force[1:4])
+    jumps = max(first - second, 0.0) + max(second - 2.0 * max(third, 0.0), 0.0)
+    return float((time[1] - time[0]) * (max(first, second) / 12.0 + 0.5 * jumps))
+
+
 def normal_force_errors(
     time: Floats, normal: Floats, sigma: Floats, least: float, line: ZeroLine, step: float = 0.0
 ) -> dict[str, float]:
@@ -110,8 +124,8 @@ def normal_force_errors(
       than T/m, m = n - 1 of even n and n of odd: 1/cos(pi/2/m) - 1; what scatter (`excess`),
       rounding, the zero line and a stray sample (`lone_peak`) add; its time: how far away the force
       is as high within sigma and scatter
-    - impulse: the integral of sigma, the trapezoid's (pi/n)^2/12, scatter from sample to sample
-      and the zero line
+    - impulse: the integral of sigma, the trapezoid's (pi/n)^2/12 for a half sine and `_edge` for
+      steeper ones, scatter from sample to sample and the zero line
     - start, end: how long the force is no more than the threshold, sigma and twice the scatter
       (for a linear rise, these over the slope), and how long it is below the threshold, unseen: no
       longer than it then takes to three times that, linear or as Hertz's t^(3/2)
@@ -135,7 +149,10 @@ def normal_force_errors(
     samples = time.size - 2
     parts = samples - 1 + samples % 2
     missed = (1.0 / np.cos(0.5 * np.pi / parts) - 1.0) * normal[top] if parts > 1 else np.inf
-    rule = (np.pi / samples) ** 2 / 12.0 * np.trapezoid(normal, time) if parts > 1 else np.inf
+    rule = np.inf
+    if parts > 1:
+        half_sine = (np.pi / samples) ** 2 / 12.0 * float(np.trapezoid(normal, time))
+        rule = max(half_sine, _edge(time, normal) + _edge(-time[::-1], normal[::-1]))
     rule += least * unseen.sum()
     # a rounded top is flat, and up to half a step off as long as it is
     rule += 0.25 * step * float(np.diff(time)[normal[1:] + step >= normal[top]].sum())

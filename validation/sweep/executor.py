@@ -84,6 +84,7 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
     """
     try:
         from distributed import Client
+        from distributed.comm import normalize_address, resolve_address
     except ImportError as error:
         raise UserError(
             f"--dask {address}: needs Dask, which is not installed: pip install 'fingertap[dask]'"
@@ -92,6 +93,9 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
     # that the futures carry and `_lost` reports.
     logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     try:
+        resolve_address(
+            normalize_address(address)
+        )  # a client that refuses it takes a minute to end
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:  # a wrong address is a ValueError
         raise UserError(

@@ -4,12 +4,18 @@ import itertools
 import json
 import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import pandas as pd
 import pytest
 
+import reference_fem
+from reference_fem.cautions import SPIKED
 from tests.validation.commands import Run
 from validation.compare.grid_convergence import Convergence
 from validation.converge.command import run_converge
+from validation.converge.refinement_runs import KEPT
 from validation.converge.refinements import (
     PENALTY,
     SHAFT_MESH,
@@ -115,6 +121,27 @@ def test_what_a_scene_asks_of_its_mesh_does_not_mix_into_a_level(stated: str) ->
 
 def test_unknown_model_is_refused(tmp_path: Path, fingertap: Run) -> None:
     assert "fem3d" in fingertap("converge", "soft", "--model", "hcm", "--out", tmp_path).refusal
+
+
+def test_a_peak_that_is_a_spike_has_no_limit(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Halving the step doubles it: of nodes that the impulse law stops in a run's first step."""
+    numbers = dict.fromkeys(KEPT, 1.0)
+
+    def solved(*_: Any, **__: Any) -> Any:
+        summary = SimpleNamespace(**numbers)
+        cautions = (f"{SPIKED}: use another law",)
+        return SimpleNamespace(
+            status=reference_fem.Status.COMPLETED, summary=summary, cautions=cautions
+        )
+
+    monkeypatch.setattr(reference_fem, "simulate", solved)
+    ended = fingertap("converge", "soft", "--model", "fem2d", "--quick", "--out", tmp_path)
+    assert ended.code == 0
+    assert "the peak force of 3 of 3 levels is a spike" in ended.err
+    table = pd.read_csv(tmp_path / "converge" / "soft-fem2d-quick" / "convergence.csv")
+    assert set(table["quantity"]) == {"normal_impulse_N_s", "contact_duration_s"}
 
 
 @pytest.mark.slow

@@ -1,6 +1,7 @@
 """Force curves from files: against the curves they were written from, and refused in a line."""
 
 import contextlib
+import itertools
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,7 +14,7 @@ from hypothesis import strategies as st
 from tests.validation.commands import Run
 from validation.compare.sprague_geers import compare_forces
 from validation.curve_files.read import Reference, read_reference
-from validation.curve_files.sample_errors import held
+from validation.curve_files.sample_errors import ZeroLine, held, normal_force_errors
 from validation.errors import UserError
 from validation.harness.quantities import COMPARED, QUANTITIES
 from validation.harness.record import RunRecord
@@ -137,6 +138,36 @@ def test_few_samples_of_a_sharp_sensor_know_the_peak_to_what_they_miss(
     assert 64.0 - found.summary["peak_normal_force_N"] <= error < 0.2 * 64.0
     of_impulse = abs(found.summary["normal_impulse_N_s"] - 128.0 / np.pi)
     assert of_impulse <= found.errors["normal_impulse_N_s"]
+
+
+PULSES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
+    "half sine": lambda x: np.sin(np.pi * x),
+    "Hertz": lambda x: np.sin(np.pi * x) ** 1.5,
+    "skew": lambda x: x * (1 - x) * np.exp(-4 * x),
+    "slow and fast": lambda x: np.where(
+        x < 0.85, np.sin(np.pi / 2 * x / 0.85), np.cos(np.pi / 2 * (x - 0.85) / 0.15)
+    ),
+    "drop": lambda x: np.where(
+        x < 0.6, np.sin(np.pi * x), np.sin(0.6 * np.pi) * np.clip(1 - (x - 0.6) / 0.02, 0, None)
+    ),
+    "jump": lambda x: np.sin(0.75 * np.pi * x),
+}
+
+
+@pytest.mark.parametrize("pulse", PULSES)
+def test_the_impulse_is_known_to_what_samples_miss_of_its_edges(pulse: str) -> None:
+    """At any place of 6 to 60 samples; a steep edge leaves more than a half sine's."""
+    fine, force = np.linspace(0.0, 1.0, 200_001), PULSES[pulse]
+    true, still = np.trapezoid(force(fine), fine), ZeroLine(0.0, 0.0, 0.0)
+    for samples, shift in itertools.product((6, 12, 25, 60), np.linspace(0.01, 0.99, 50)):
+        time = (np.arange(-3, samples + 4) + shift) / samples
+        seen = np.where((time > 0.0) & (time < 1.0), force(np.clip(time, 0.0, 1.0)), 0.0)
+        touching = np.flatnonzero(seen)
+        tap = slice(touching[0] - 1, touching[-1] + 2)
+        time, seen = time[tap], seen[tap]
+        errors = normal_force_errors(time, seen, np.zeros(time.size), 0.0, still)
+        # 1.13: a skew pulse whose curvature goes on inside
+        assert abs(np.trapezoid(seen, time) - true) < 1.15 * errors["normal_impulse_N_s"]
 
 
 def test_the_arrival_of_a_record_from_its_trigger_is_not_judged(read: Read) -> None:

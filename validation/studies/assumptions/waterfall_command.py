@@ -101,16 +101,26 @@ def _own_error(one: Difference) -> float | None:
     return finite(100.0 * one.reference_error / abs(one.reference))
 
 
+def _models_error(one: Difference) -> float | None:
+    """The reduced model's own error, percent of the reference; None: not known."""
+    if one.reduced_error is None or not one.reference:
+        return None
+    return finite(100.0 * one.reduced_error / abs(one.reference))
+
+
 def _known(one: Difference) -> str:
     error = _own_error(one)
     return "+-?" if error is None else f"+-{two_digits(error)}"
 
 
 def _percent(one: Difference) -> str:
-    """A difference with the digits that the reference's own error leaves, two if it is unknown."""
+    """A difference with the digits that the smaller of both errors leaves, two if none is known:
+    the reference's is common to all rows, which show what each step is worth.
+    """
     if one.error_percent is None:
         return "-"
-    number, _, _ = with_error(one.error_percent, _own_error(one), 2).partition(" ")
+    known = [error for error in (_own_error(one), _models_error(one)) if error is not None]
+    number, _, _ = with_error(one.error_percent, min(known, default=None), 2).partition(" ")
     return number if number.startswith("-") else f"+{number}"
 
 

@@ -27,6 +27,7 @@ from validation.validate.plan import assumption_jobs
 
 REFERENCE = "fem3d"
 OWN = "the reference's own error"
+MODELS_OWN = 0.3  # percent: what the reduced model's fixed settings leave of a peak
 WIDE = 130  # characters of a line of the figure's title
 
 
@@ -101,26 +102,18 @@ def _own_error(one: Difference) -> float | None:
     return finite(100.0 * one.reference_error / abs(one.reference))
 
 
-def _models_error(one: Difference) -> float | None:
-    """The reduced model's own error, percent of the reference; None: not known."""
-    if one.reduced_error is None or not one.reference:
-        return None
-    return finite(100.0 * one.reduced_error / abs(one.reference))
-
-
 def _known(one: Difference) -> str:
     error = _own_error(one)
     return "+-?" if error is None else f"+-{two_digits(error)}"
 
 
 def _percent(one: Difference) -> str:
-    """A difference with the digits that the smaller of both errors leaves, two if none is known:
-    the reference's is common to all rows, which show what each step is worth.
+    """A difference with the digits that the reduced model leaves: the reference's own error is
+    common to all rows, which show what each step is worth.
     """
     if one.error_percent is None:
         return "-"
-    known = [error for error in (_own_error(one), _models_error(one)) if error is not None]
-    number, _, _ = with_error(one.error_percent, min(known, default=None), 2).partition(" ")
+    number, _, _ = with_error(one.error_percent, MODELS_OWN).partition(" ")
     return number if number.startswith("-") else f"+{number}"
 
 

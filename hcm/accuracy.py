@@ -122,7 +122,7 @@ def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Att
         return _Attempt(chosen, result)
     coarse = solve_scene(_coarser(chosen, result))
     if coarse.status is Status.INTERRUPTED:
-        return _Attempt(chosen, result.ended())
+        return _Attempt(chosen, result.as_ended())
     result, expected = _compared(result, coarse, chosen)
     several = bool(open_ends(result))
     result = with_other_ends(result, solve_scene)
@@ -240,7 +240,7 @@ def _short(result: TapResult, expected: float, accuracy: float, chance: bool) ->
     if chance and expected > CAUTION_ERROR:
         ratio = COMPANION_ERROR_RATIO
         doubt = f"; a run at {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
-        return result.ended(Status.UNREPEATABLE, doubt)
+        return result.as_ended(Status.UNREPEATABLE, doubt)
     error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
     short = f"expects {error}; {accuracy:g} was wanted"
     return replace(result, cautions=(*result.cautions, short))

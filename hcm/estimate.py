@@ -282,7 +282,7 @@ def estimate_errors(
         if other.status in (*USABLE_STATUSES, Status.INTERRUPTED):
             break
     if other.status is Status.INTERRUPTED:
-        return own.ended()
+        return own.as_ended()
     few = half.phalanges[-1].elements > finger.phalanges[-1].elements
     approach = own.summary.tip_velocity_at_contact_m_per_s or (0.0, 0.0)
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
@@ -294,13 +294,13 @@ def estimate_errors(
         tighter = rescaled_settings(settings, own, TIGHTER ** (1 / 3), most)
         tight = again(replace(scene, settings=tighter))
         if tight.status is Status.INTERRUPTED:
-            return own.ended()
+            return own.as_ended()
         changes = relative_errors(own.summary, companion_errors(own, tight))
         what = max((name for name in DECISIVE if name in changes), key=changes.__getitem__)
         if changes[what] > CAUTION_ERROR:
             doubt = f"; {TIGHTER:g} times the tolerances change the {TITLES[what]}"
             by = f" by {_percent(changes[what])}" if changes[what] < math.inf else ""
-            return own.ended(Status.UNREPEATABLE, doubt + by)
+            return own.as_ended(Status.UNREPEATABLE, doubt + by)
     doubts = caution(relative_errors(own.summary, errors), settings)
     doubts += later_taps(tap_peaks(own), tap_peaks(other))
     return replace(own, errors=errors, cautions=(*own.cautions, *doubts))

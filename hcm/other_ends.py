@@ -56,7 +56,7 @@ def with_other_ends(result: TapResult, again: Callable[[Scene], TapResult]) -> T
     for end in open_ends(result):
         other = again(held_touches(result, end.until_s))
         if other.status is Status.INTERRUPTED:
-            return result.ended()
+            return result.as_ended()
         # after touches that it nearly counted in, the rule itself may go on
         further = end.until_s > (result.summary.contact_duration_s or 0.0) and other.other_ends
         known = other.status in USABLE_STATUSES and not further

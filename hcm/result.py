@@ -260,7 +260,7 @@ class TapResult:
     other_ends: tuple[OtherEnd, ...] = ()
     given: Mapping[str, Any] = field(default_factory=dict)
 
-    def ended(
+    def as_ended(
         self, status: Status = Status.INTERRUPTED, doubt: str = " while it was repeated"
     ) -> "TapResult":
         """A completed run that its repetition ended or threw doubt on, and so has no errors."""

@@ -191,16 +191,16 @@ def steps_per_cell_transit(model: Model) -> int:
     return max(1, round(model.cell_transit_s / model.step_s))
 
 
-def spike(normal: Array, longest: int) -> float:
+def spike(force: Array, longest: int) -> float:
     """Largest (2 F_p - F_{p-k} - F_{p+k}) / 3 F_p over lags of k = 1 to `longest` steps.
 
-    F_p is the peak; forces (n,) are zero beyond their ends. Several lags are tried, as one equal to
-    the period of the spike's own chatter shows nothing.
+    F_p is the peak; the sizes of the force (n,) are zero beyond their ends. Several lags are tried,
+    as one equal to the period of the spike's own chatter shows nothing.
     """
-    if not normal.size or normal.max() <= 0.0:
+    if not force.size or force.max() <= 0.0:
         return 0.0
-    padded = np.concatenate([np.zeros(longest), normal, np.zeros(longest)])
-    top = longest + int(np.argmax(normal))
+    padded = np.concatenate([np.zeros(longest), force, np.zeros(longest)])
+    top = longest + int(np.argmax(force))
     lags = np.arange(1, longest + 1)
     beside = padded[top - lags] + padded[top + lags]
     return float(np.max(2.0 * padded[top] - beside) / (3.0 * padded[top]))

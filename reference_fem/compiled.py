@@ -17,7 +17,7 @@ import numba
 from numba.core.registry import CPUDispatcher
 
 # Threads that spin while they wait for each other make a run on a busy machine 10 to 20 times
-# slower; libgomp reads this as it is loaded, by gmsh or by the first kernel.
+# slower; libgomp reads this as it is loaded, by the first mesh (gmsh) or the first kernel.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
 
 PACKAGE = Path(__file__).parent

@@ -269,8 +269,8 @@ def _unlike(inertia: Array, true: RigidChain) -> tuple[str, ...]:
 def _flight_doubts(
     errors: FlightErrors, flight: str, approach_speed: float, unlike: tuple[str, ...]
 ) -> tuple[str, ...]:
-    """A caution where the true body comes to another touch, unless its masses explain that, or a
-    flight omits too much of a tap. unlike : of `_unlike`.
+    """A caution where the true body comes to another touch, unless its masses may explain that, or
+    a flight omits too much of a tap. unlike : of `_unlike`.
     """
     if errors.of_speed == math.inf:  # nothing is known of another touch
         return unlike or (ELSEWHERE,)

@@ -192,8 +192,8 @@ def springs(run: TapResult) -> float:
 
 
 def spacing(mesh: meshes.FingerMesh, angle: float) -> float:
-    """Edge length where the last phalanx, turned by `angle`, is lowest, m: that of squares with the
-    diagonals of the facets there, so that facets which are long across the motion count as such.
+    """Edge length where the last phalanx, turned by `angle`, is lowest, m: of a square whose
+    diagonal is the mean of the facets' there, so that those long across the motion count as such.
     """
     facets = mesh.facet_sets["surface"]
     height = math.sin(angle) * mesh.points[:, 0] + math.cos(angle) * mesh.points[:, 1]

@@ -13,10 +13,10 @@ distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 -
 
     w_i = d - x_i^2/R >= 0,  u_i. = u_X. where |u_i| < mu (E*/G*) w_i,  F_t = -2 G* c sum dx_i u_i,
 
-2 for both sides, c near 1 (`evening`). The spring in the middle slips last (every other one started
-later, with a limit that grows as fast), so that the whole patch slips as one lumped element does:
-F_t = -s mu F_n until V_P = V_t + s mu (E*/G*) u_Y. vanishes. Without partial slip a single spring
-k_t holds the tip.
+2 for both sides, c near 1 but for the first few springs (`evening`). The spring in the middle slips
+last (every other one started later, with a limit that grows as fast), so that the whole patch slips
+as one lumped element does: F_t = -s mu F_n until V_P = V_t + s mu (E*/G*) u_Y. vanishes. Without
+partial slip a single spring k_t holds the tip.
 """
 
 import math
@@ -28,6 +28,8 @@ from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, Conta
 
 # Most Newton iterations; largest last change of d over d, the square of which is left as an error.
 ITERATIONS, SETTLED = 40, 1e-9
+# Largest c of `evening`.
+MOST_EVENING = 2.0
 # Places of the law's memory.
 TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
 COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY = range(6, 9)
@@ -132,17 +134,19 @@ def spring_displacement(i: int, moved: float, d: float, law: RoundTipLaw) -> tup
 
 
 @kernel
-def evening(reach: float, d: float, law: RoundTipLaw) -> tuple[float, float]:
+def evening(reach: float, held: float, d: float, law: RoundTipLaw) -> tuple[float, float]:
     """(c, dc/dd), -, 1/m: the factor with which springs at their limits hold mu F_n.
 
-        c int_0^reach w dx = int_0^a w dx,      w = d - x^2/R,      a^2 = R d.
+        c sum dx_i w_i = int_0^a w dx = 2/3 a d,      a^2 = R d;
 
-    reach : width of one side's springs in touch, m. Without c the force would jump, and the mode
-    chatter, where a stick begins slowly.
+    at most `MOST_EVENING`, while the first spring alone hardly touches.
+
+    reach, held : sums of dx_i, m, and dx_i w_i, m^2, over one side's springs in touch. Without c
+    the force would jump, and the mode chatter, where a stick begins slowly.
     """
-    if not reach > 0.0:
-        return 1.0, 0.0
-    a, held = math.sqrt(law.radius * d), reach * (d - reach * reach / (3.0 * law.radius))
+    a = math.sqrt(law.radius * max(d, 0.0))
+    if not 2.0 / 3.0 * d * a < MOST_EVENING * held:
+        return MOST_EVENING, 0.0
     c = 2.0 / 3.0 * d * a / held
     return c, (a - c * reach) / held
 
@@ -153,7 +157,7 @@ def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float,
     (m), and the sum of c dx u^2 (m^3); c : of `evening`, moved : as in `spring_displacement`.
     """
     limits = law.mu / law.tangential_ratio
-    total, by_way, by_depth, squares, reach = 0.0, 0.0, 0.0, 0.0, 0.0
+    total, by_way, by_depth, squares, reach, held = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(law.springs.size):
         if law.depth[i] >= d:
             break
@@ -169,7 +173,8 @@ def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float,
         total += width * u
         squares += width * u * u
         reach += width
-    c, growth = evening(reach, d, law)
+        held += width * (d - law.depth[i])
+    c, growth = evening(reach, held, d, law)
     return c * total, c * by_way, c * by_depth + growth * total, c * squares
 
 
@@ -318,13 +323,16 @@ def friction_loss(
         slid = particle_position(x1, gap1, contact, law) - particle_position(x0, gap0, contact, law)
         return loss - 0.5 * (ft0 + ft1) * slid
     d0, d1 = indentation(gap0, contact, law)[0], indentation(gap1, contact, law)[0]
+    lost, reach, held = 0.0, 0.0, 0.0
     for i in range(law.springs.size):
         if law.depth[i] >= max(d0, d1):
             break
         before, limit = slip_limit(i, d0, law), slip_limit(i, d1, law)
         excess = abs(spring_displacement(i, x1 - x0, d1, law)[0]) - limit
-        loss += law.effective_shear_modulus * law.width[i] * (before + limit) * max(excess, 0.0)
-    return loss
+        lost += law.width[i] * (before + limit) * max(excess, 0.0)
+        reach += law.width[i]
+        held += law.width[i] * max(d1 - law.depth[i], 0.0)
+    return loss + law.effective_shear_modulus * evening(reach, held, d1, law)[0] * lost
 
 
 @kernel

@@ -59,7 +59,9 @@ def searched(model: Model, state: State, crushed: bool = False) -> Failure | Non
         which its own rule may not use
     """
     smallest = model.kernel.min_det_F(state.displacement)
-    if not smallest > 0.0:
+    if math.isnan(smallest):
+        return Status.UNSTABLE, f"values are no longer finite {_where(model, state)}"
+    if smallest <= 0.0:
         what = f"det F fell to {smallest:.3g}"
     elif crushed:
         what = "det F fell below 0 in a part of an element that touches"

@@ -179,7 +179,8 @@ def test_a_grip_that_is_lost_within_a_mode_leaves_no_nan(restitution: float) -> 
         settings=replace(RIGID, max_steps=20_000), assumptions=Assumptions("refined"),
     )  # fmt: skip
     assert result.status is hcm.Status.LOSES_HOLD
-    assert result.statistics.steps < 2000
+    # 15 to 209 seen, after one touch more or less
+    assert (np.diff(result.history.time_s) < 1e-9).sum() < 1000
     for column in vars(result.history).values():
         assert np.isfinite(column).all()
 

@@ -67,7 +67,10 @@ def draw(path: Path, results: Sequence[RefinedRuns], title: str) -> None:
             axis.set_xlabel(found.refinement.size_name)
         figure = axes[0][0].figure
         axes[0][0].set_ylabel("change from the finest level (%)")
-        handles, labels = axes[0][0].get_legend_handles_labels()
+        # a refinement whose peaks are spikes has no line of them
+        handles, labels = max(
+            (a.get_legend_handles_labels() for a in axes[0]), key=lambda h: len(h[0])
+        )
         if handles:
             figure.legend(handles, labels, loc="outside lower center", ncols=3)
         figure.suptitle(title, fontsize=10, x=0.01, ha="left")
@@ -152,6 +155,8 @@ def run_converge(
                 f" {len(refined_runs.values)} levels is a spike of a few steps or elements, which"
                 " has no limit: none is given"
             )
+    if preset is not None and preset[PEAKS[0]] is None:
+        say(f"caution: {title}: the preset's peak force is such a spike")
     if failures:
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")
 

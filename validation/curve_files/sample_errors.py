@@ -104,9 +104,9 @@ def excess(force: Floats, scatter: float) -> float:
 def _edge(time: Floats, force: Floats) -> float:
     """What the trapezoids of a tap's first edge leave of its impulse, N s.
 
-    With F_1, F_2, F_3 the first samples with force, dt apart: dt max(F_1, F_2 - F_1)/12, the sum of
-    Euler and Maclaurin for a slope that goes on to zero, and half of what a trapezoid holds of a
-    rise in its own interval alone: of F_1 above F_2 - F_1, of that above twice F_3 - F_2.
+    With F_1, F_2, F_3 the first samples with force, dt apart, and D_i = F_{i+1} - F_i:
+    dt max(F_1, D_1)/12, the sum of Euler and Maclaurin for a slope that goes on to zero, and what
+    rises in one interval alone, dt/2 (max(F_1 - D_1, 0) + max(D_1 - 2 max(D_2, 0), 0)).
 
     time, force : (n,), s, N, from the last sample without force on
     """

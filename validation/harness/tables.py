@@ -39,7 +39,7 @@ def for_people(table: pd.DataFrame) -> pd.DataFrame:
 def write_table(
     folder: Path, name: str, table: pd.DataFrame, caption: str, shown: pd.DataFrame | None = None
 ) -> str:
-    """Write ``name.csv``, ``name.md`` and ``name.tex``; returns the text of the second.
+    """Write ``name.csv``, ``name.md`` and ``name.tex``; returns the Markdown.
 
     shown : what people see in the latter two; None: the table.
     """

@@ -93,9 +93,8 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
     # that the futures carry and `_lost` reports.
     logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
     try:
-        resolve_address(
-            normalize_address(address)
-        )  # a client that refuses it takes a minute to end
+        # a client that refuses an address takes a minute to end
+        resolve_address(normalize_address(address))
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:  # a wrong address is a ValueError
         raise UserError(

@@ -48,7 +48,7 @@ def points_of(plan: Plan) -> PointTable:
         return _from_file(plan)
     if plan.points.kind == "grid":
         return _grid(plan.vary)
-    cube = shares_of(plan.points, len(plan.vary))
+    cube = unit_points(plan.points, len(plan.vary))
     return PointTable(
         {
             key: values_of(axis, shares)
@@ -57,7 +57,7 @@ def points_of(plan: Plan) -> PointTable:
     )
 
 
-def shares_of(points: Points, size: int) -> NDArray[np.float64]:
+def unit_points(points: Points, size: int) -> NDArray[np.float64]:
     """Points in the unit cube of that many dimensions, (number, size)."""
     from scipy.stats import qmc
 

@@ -39,7 +39,7 @@ from validation.studies.assumptions.waterfall_command import REFERENCE
 from validation.sweep.axis import Axis
 from validation.sweep.command import solve_plan
 from validation.sweep.plan import Points, assignment, read_plan
-from validation.sweep.points import points_of, shares_of, values_of
+from validation.sweep.points import points_of, unit_points, values_of
 
 DIAMETER = 0.015  # m: another size amounts to another density, as only gravity has a length
 LONGEST_FALL_S = 1.0
@@ -71,7 +71,7 @@ ELASTIC, OWN = "refined, elastic flight", "refined, its own tap"
 
 def points(number: int, seed: int = 0) -> list[dict[str, Any]]:
     """The first `number` points, each a dictionary by column, with numbers to six digits."""
-    cube = shares_of(Points(kind="sobol", number=number, seed=seed), len(RANGES))
+    cube = unit_points(Points(kind="sobol", number=number, seed=seed), len(RANGES))
     columns = [values_of(*pair) for pair in zip(RANGES.values(), cube.T, strict=True)]
     rows = zip(*columns, strict=True)
     return [_point(dict(zip(RANGES, map(six, row), strict=True))) for row in rows]

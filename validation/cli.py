@@ -79,6 +79,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     from validation.harness.surroundings import open_closed_streams, refuse_unusable_surroundings
 
     open_closed_streams()
+    # as `reference_fem.compiled` does where it is imported: by then stored results are looked for,
+    # which are known by the environment too
+    os.environ.setdefault("OMP_WAIT_POLICY", "passive")
     # what is imported stays: looking for garbage in it takes a tenth of a short command's time
     gc.set_threshold(GARBAGE_AFTER)
     code = RunFailedError.exit_code

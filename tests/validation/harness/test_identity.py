@@ -291,3 +291,21 @@ def test_a_verdict_does_not_outlive_its_judge(tmp_path: Path) -> None:
         file.write_text(text)
         changed = {name for name in before if after[name] != before[name]}
         assert changed == {name for name in before if not name.startswith("reference")}, edited
+
+
+def test_a_command_is_known_by_one_environment_whatever_it_has_imported(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """The reference states how its threads wait where it is imported: a run stored before that
+    would not be found after it.
+    """
+    monkeypatch.delenv("OMP_WAIT_POLICY", raising=False)
+    code = """
+from validation.cli import main
+from validation.harness.identity import program
+main(["--version"])
+before = program("hcm")["environment"]
+import reference_fem
+print(before == program("hcm")["environment"])
+"""
+    assert printed("-c", code).split()[-1] == "True"

@@ -40,6 +40,10 @@ class Status(Enum):
         """One sentence for the user; empty when there is nothing to do."""
         return _ADVICE[self]
 
+    def at(self, time_s: float, steps: int) -> str:
+        """How a run ended, when and after how many steps."""
+        return f"{self.value} at t = {time_s:.9g} s after {steps} steps"
+
 
 _ADVICE = {
     Status.COMPLETED: "",
@@ -264,8 +268,8 @@ class TapResult:
         self, status: Status = Status.INTERRUPTED, doubt: str = " while it was repeated"
     ) -> "TapResult":
         """A completed run that its repetition ended or threw doubt on, and so has no errors."""
-        at = f" at t = {self.history.time_s[-1]:.9g} s after {self.statistics.steps} steps"
-        return replace(self, status=status, message=f"{status.value}{at}{doubt}", errors={})
+        message = status.at(self.history.time_s[-1], self.statistics.steps) + doubt
+        return replace(self, status=status, message=message, errors={})
 
     @property
     def forces(self) -> "ForceCurve | None":

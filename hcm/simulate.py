@@ -208,7 +208,7 @@ def _refinement_cautions(
 def _message(status: Status, totals: RunTotals, statistics: Statistics) -> str:
     if status is Status.COMPLETED:
         return ""
-    message = f"{status.value} at t = {totals.time:.9g} s after {statistics.steps} steps"
+    message = status.at(totals.time, statistics.steps)
     if status is Status.WORK_LIMIT:
         message += (
             f" ({statistics.newton_iterations} iterations, {totals.rejected} repeated steps,"

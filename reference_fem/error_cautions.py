@@ -6,6 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from reference_fem.accuracy import EDGE, FLUTTER_FRICTION, RELAXATION_SHARE
+from reference_fem.arrays import Array
 from reference_fem.result import ForceRecord, Summary
 from reference_fem.settings import Material
 
@@ -13,6 +14,8 @@ from reference_fem.settings import Material
 SLIP_SHARE = 0.9
 # Relative error that a number may state without a caution.
 CAUTION_ERROR = 0.02
+# Share by which a phalanx's inertia may be off its shape's; corrected masses leave round-off.
+INERTIA_OFF = 1e-3
 TITLES = {
     "contact_time_s": "time of contact",
     "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
@@ -83,6 +86,21 @@ def _shares(
         name: float(np.max(error) / max(np.linalg.norm(getattr(summary, name)), 1e-300))
         for name, error in errors.items()
     }
+
+
+def unlike_shape(inertia: Array, true: Array) -> tuple[str, ...]:
+    """A caution where a phalanx kept its meshed masses (`true_body.mass_factors`).
+
+    inertia, true : (P,), of the meshed bodies and of their shapes, kg m^2
+    """
+    off = np.abs(inertia / true - 1.0)
+    worst = int(np.argmax(off))
+    if off[worst] <= INERTIA_OFF:
+        return ()
+    return (
+        f"the mesh of phalanx {worst + 1} is so coarse that its moment of inertia is"
+        f" {percent(off[worst])} off: reduce solver.fem.axial_size and section_size",
+    )
 
 
 def percent(share: float) -> str:

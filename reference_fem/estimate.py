@@ -16,7 +16,7 @@ import numpy as np
 import meshes
 from reference_fem.arrays import Array
 from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
-from reference_fem.error_cautions import flutter, imprecise, percent
+from reference_fem.error_cautions import flutter, imprecise, percent, unlike_shape
 from reference_fem.flight_error import (
     Flight,
     OmittedMotion,
@@ -50,12 +50,6 @@ Again = Callable[[meshes.FingerMesh, ChainState], TapResult | None]
 
 VELOCITY = "tip_velocity_at_contact_m_per_s"
 
-UNLIKE = (
-    "the mesh of phalanx {} is so coarse that its moment of inertia is {} off: reduce "
-    "solver.fem.axial_size and section_size"
-)
-# Share by which a phalanx's inertia may be off its shape's; corrected masses leave round-off.
-INERTIA_OFF = 1e-3
 ELSEWHERE = (
     "the round end's own flight leads to a different first touch: it grazes the surface, or "
     "magnifies small differences, so no mesh can tell which comes first: start nearer ([start])"
@@ -158,7 +152,7 @@ def estimated(
         of_flight = _flight_errors(
             solved, scene.mesh.shape, body, flight, velocity, approach_speed, resolution
         )
-        unlike = _unlike(solved.model.symmetry_factor * chain.inertia, body[0])
+        unlike = unlike_shape(solved.model.symmetry_factor * chain.inertia, body[0].inertia)
         if companion is not None:
             tap = again(companion, flown.before(CLEARANCE * solved.radius / approach_speed))
             ratio = spacing(companion, angle) / resolution.edge
@@ -256,21 +250,11 @@ def _tap_part(
     return TapPart(errors, of_mesh, open_ends)
 
 
-def _unlike(inertia: Array, true: RigidChain) -> tuple[str, ...]:
-    """A caution where a phalanx kept its meshed masses (`true_body.mass_factors`).
-
-    inertia : (P,), of the meshed bodies, kg m^2
-    """
-    off = np.abs(inertia / true.inertia - 1.0)
-    worst = int(np.argmax(off))
-    return (UNLIKE.format(worst + 1, percent(off[worst])),) if off[worst] > INERTIA_OFF else ()
-
-
 def _flight_doubts(
     errors: FlightErrors, flight: str, approach_speed: float, unlike: tuple[str, ...]
 ) -> tuple[str, ...]:
     """A caution where the true body comes to another touch, unless its masses may explain that, or
-    a flight omits too much of a tap. unlike : of `_unlike`.
+    a flight omits too much of a tap. unlike : of `unlike_shape`.
     """
     if errors.of_speed == math.inf:  # nothing is known of another touch
         return unlike or (ELSEWHERE,)

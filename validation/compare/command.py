@@ -14,10 +14,9 @@ from validation.harness.files import exclusive_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
-from validation.harness.store import NO_STORE
 from validation.harness.uncertainty import with_error
 from validation.models import estimate_override
-from validation.runs.command import Kept, failure_of, stored_or_solved
+from validation.runs.command import Kept, failure_of, solved_alone
 from validation.scenes.load import load_scene
 
 WALL_TIME = "wall_time_s"
@@ -92,7 +91,7 @@ def compare(
     with exclusive_folder(out / "compare" / name) as folder:
         runs: dict[str, Kept] = {}
         for which, named in scenes.items():
-            runs[which] = stored_or_solved(named, model, folder / which, NO_STORE, None)
+            runs[which] = solved_alone(named, model, folder / which, which)
             unless_interrupted(runs[which].record)
         records = {which: kept.record for which, kept in runs.items()}
         table = difference_table(records["scene"], records["changed"])

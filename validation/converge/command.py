@@ -7,10 +7,10 @@ import itertools
 from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from validation.converge import verdicts
-from validation.converge.refinement_runs import PEAKS, LevelRuns
+from validation.converge.refinement_runs import LevelRuns
 from validation.converge.refinements import (
     NO_ACCURACY,
     PRESET_KEY,
@@ -117,13 +117,7 @@ def run_converge(
         title = f"{runs.scene.name} finger, {model}"
         convergences = verdicts.judged(results)
         (folder / verdicts.STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
-        levels: list[dict[str, Any]] = [
-            {"refinement": run.refinement.name, "refined": run.refinement.size_name, "size": size}
-            | values
-            for run in results
-            for size, values in run.values.items()
-        ]
-        write_table(folder, "levels", table_of(levels), f"Runs of {title}")
+        write_table(folder, "levels", table_of(verdicts.level_rows(results)), f"Runs of {title}")
         names = [refinement.name for refinement in wanted]
         of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences, names)
         rows = [*verdicts.verdict_rows(convergences), *of_preset]
@@ -148,15 +142,8 @@ def run_converge(
             f" known to {percent:.1f} % in all"
         )
     output(f"  files in {folder}")
-    for refined_runs in results:
-        if spikes := sum(values[PEAKS[0]] is None for values in refined_runs.values.values()):
-            say(
-                f"caution: {title}, {refined_runs.refinement.name}: the peak force of {spikes} of"
-                f" {len(refined_runs.values)} levels is a spike of a few steps or elements, which"
-                " has no limit: none is given"
-            )
-    if preset is not None and preset[PEAKS[0]] is None:
-        say(f"caution: {title}: the preset's peak force is such a spike")
+    for caution in verdicts.spike_cautions(results, preset):
+        say(f"caution: {title}, {caution}")
     if failures:
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")
 

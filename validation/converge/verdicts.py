@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from validation.compare.grid_convergence import Convergence, convergence
-from validation.converge.refinement_runs import Values
+from validation.converge.refinement_runs import PEAKS, Values
 from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
 from validation.harness.console import say
 from validation.harness.files import file_digest, safe_name
@@ -38,6 +38,29 @@ class RefinedRuns:
         """One quantity over the levels, SI; empty where a level has none."""
         values = [values[entry.key] for values in self.values.values()]
         return [] if None in values else [float(value) for value in values if value is not None]
+
+
+def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
+    """One row per run."""
+    return [
+        {"refinement": found.refinement.name, "refined": found.refinement.size_name, "size": size}
+        | values
+        for found in results
+        for size, values in found.values.items()
+    ]
+
+
+def spike_cautions(results: Sequence[RefinedRuns], preset: Values | None) -> list[str]:
+    """A sentence on each refinement, and on the preset, with a peak that has no limit."""
+    runs = {found.refinement.name: [*found.values.values()] for found in results}
+    if preset is not None:
+        runs[PRESET] = [preset]
+    return [
+        f"{name}: the peak force of {spikes} of {len(values)} levels is a spike of a few steps or"
+        " elements, which has no limit: none is given"
+        for name, values in runs.items()
+        if (spikes := sum(one[PEAKS[0]] is None for one in values))
+    ]
 
 
 def judged(results: Sequence[RefinedRuns]) -> Convergences:

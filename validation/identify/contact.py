@@ -126,8 +126,15 @@ def identify_contact(
             raise UserError(f"scene {scene.name}: {error}") from error
         except ArithmeticError as error:
             raise RunFailedError(f"scene {scene.name}: {error}") from error
-        values = pressed.stiffness_N_per_m, pressed.eta_squared, pressed.contact_radius_m
-        levels.append(Level(edge, elements, *values, pressed.indentation_m))
+        level = Level(
+            edge,
+            elements,
+            pressed.stiffness_N_per_m,
+            pressed.eta_squared,
+            pressed.contact_radius_m,
+            pressed.indentation_m,
+        )
+        levels.append(level)
     forces = force * CURVE
     sizes = [level.edge_m for level in levels]
 

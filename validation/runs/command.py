@@ -79,9 +79,9 @@ def run_scene(
             store = Store((out or DEFAULT_OUT) / "store", fresh)
             kept = stored_or_solved(named, model, folder, store, checkpoint)
     else:
-        outcome, keep_alone = _solved(named, model, folder, None), exclusive_folder(folder)(keep)
+        outcome = _solved(named, model, folder, None)
         failed = not outcome.record.ok
-        kept = Kept(outcome.record, _unwritten(keep_alone, folder, outcome) if failed else "")
+        kept = Kept(outcome.record, _unwritten(_keep_alone, folder, outcome) if failed else "")
     record = kept.record
     if record.ok and record.message:
         say(f"caution: {record.message}")
@@ -178,12 +178,20 @@ def stored_or_solved(
     return kept
 
 
+def solved_alone(scene: NamedScene, model: str, folder: Path, which: str) -> Kept:
+    """A run that no store has, its files in its folder; which : of several, for the bar."""
+    outcome = _solved(scene, model, folder, None, which)
+    return Kept(outcome.record, _unwritten(keep, folder, outcome))
+
+
 @output_kept()
-def _solved(scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint | None) -> Outcome:
+def _solved(
+    scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint | None, which: str = ""
+) -> Outcome:
     if checkpoint is not None and checkpoint.resume and not checkpoint.path.exists():
         say(f"nothing to resume in {folder}: the run starts from the beginning")
     try:
-        with progress_bar(f"{scene.name} {model}") as progress:
+        with progress_bar(f"{scene.name} {model} {which}".rstrip()) as progress:
             return solve(scene, model, folder, progress, checkpoint)
     except KeyboardInterrupt as error:  # where no solver handles it: loading, meshing
         if not _going_on(checkpoint):
@@ -199,6 +207,11 @@ def _going_on(checkpoint: Checkpoint | None) -> str:
     if checkpoint is None or not checkpoint.path.exists():
         return ""
     return f"with --resume goes on from {checkpoint.path}"
+
+
+def _keep_alone(folder: Path, outcome: Outcome) -> None:
+    with exclusive_folder(folder):
+        keep(folder, outcome)
 
 
 def _unwritten(write: Callable[[Path, Result], None], folder: Path, result: Result) -> str:

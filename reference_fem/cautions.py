@@ -36,13 +36,17 @@ HOURGLASS = 0.1
 
 
 class Evidence(NamedTuple):
-    """What a run's cautions are judged by."""
+    """What a run's cautions are judged by.
+
+    forces, history : of the first tap. energy_residual : of the run, as in its summary.
+    """
 
     forces: ForceRecord
     history: History
     snapshots: tuple[Snapshot, ...]
     model: Model
     settings: Settings
+    energy_residual: float | None
 
     @property
     def touched(self) -> list[Flags]:
@@ -100,11 +104,8 @@ def few_steps(run: Evidence) -> str:
 
 def open_energy(run: Evidence) -> str:
     """The energy balance is off by more than a rebound's impulse tolerates."""
-    residual = _share(
-        float(np.abs(run.history.energy_balance_J).max()),
-        float(run.history.kinetic_energy_J.max()),
-    )
-    if residual <= CAUTION_RESIDUAL:
+    residual = run.energy_residual
+    if residual is None or residual <= CAUTION_RESIDUAL:
         return ""
     impulse = run.settings.contact == "impulse"
     plastic = " (impulses stop nodes as plastic impacts do)" if impulse else ""

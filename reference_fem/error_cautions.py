@@ -78,6 +78,17 @@ def flutter(
     )
 
 
+def later_taps(forces: ForceRecord, over_s: float) -> tuple[str, ...]:
+    """A caution where a run goes on to touch again; over_s : end of its first tap, s."""
+    later = forces.time_s[(forces.time_s > over_s) & (forces.normal_force_N > 0.0)]
+    if not later.size:
+        return ()
+    return (
+        "estimated errors cover the first tap only: what follows, from"
+        f" t = {later[0]:.6g} s on, depends on the vibration it leaves",
+    )
+
+
 def _shares(
     summary: Summary, errors: Mapping[str, float | tuple[float, float]]
 ) -> dict[str, float]:

@@ -16,7 +16,7 @@ import numpy as np
 import meshes
 from reference_fem.arrays import Array
 from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
-from reference_fem.error_cautions import flutter, imprecise, percent, unlike_shape
+from reference_fem.error_cautions import flutter, imprecise, later_taps, percent, unlike_shape
 from reference_fem.flight_error import (
     Flight,
     OmittedMotion,
@@ -38,7 +38,7 @@ from reference_fem.mesh_error import (
 )
 from reference_fem.model import Model
 from reference_fem.other_ends import other_ends
-from reference_fem.result import Status, TapResult
+from reference_fem.result import Status, TapResult, until
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start
 from reference_fem.rigid_flight import Descent, descent, surface_gap
 from reference_fem.scene import Scene
@@ -158,8 +158,9 @@ def estimated(
             ratio = spacing(companion, angle) / resolution.edge
             companion_run = None if tap is None else _companion_run(solved, tap, ratio)
     apart = of_flight.apart + of_flight.omitted.apart
-    of_tap = TapPart({}, {}, ())
+    of_tap, over = TapPart({}, {}, ()), math.inf
     if run.summary.contact_duration_s is not None:
+        over = run.summary.contact_time_s + run.summary.contact_duration_s
         of_tap = _tap_part(run, solved, of_flight, companion_run, resolution, approach_speed)
     errors: Errors = {
         "contact_time_s": of_flight.late_s + of_flight.omitted.late_s,
@@ -174,6 +175,7 @@ def estimated(
             run.forces, scene.surface.friction, scene.materials[-1], resolution.edge,
             resolution.patch,
         ),
+        *later_taps(run.forces, over + 0.5 * run.summary.time_step_s),
         *(() if companion_run is not None else (ALONE,)),
     )  # fmt: skip
     cautions = (*run.cautions, *doubts)
@@ -282,7 +284,7 @@ def standing_out(run: TapResult, model: Model) -> dict[str, float]:
     A peak h above both sides has a `spike` of 2 h / 3 F.
     """
     start, lasts = run.summary.contact_time_s or 0.0, run.summary.contact_duration_s or 0.0
-    forces, found = run.forces.until(start + lasts), {}
+    forces, found = until(run.forces, start + lasts), {}
     of = {PEAK: forces.normal_force_N, TANGENTIAL: np.abs(forces.tangential_force_N)}
     for name, force in of.items():
         share = spike(force, steps_per_cell_transit(model))

@@ -1,5 +1,6 @@
 """Drives the explicit loop: when to search for contact, what to record, when to stop."""
 
+import math
 import time
 from dataclasses import dataclass, field, replace
 
@@ -17,7 +18,7 @@ from reference_fem.dynamics.state import LoopState, State, Tap, pack
 from reference_fem.dynamics.step import Block, advance, lowest_gap
 from reference_fem.dynamics.tap import ending, tap_after
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, Status, Summary, TapResult
+from reference_fem.result import ForceRecord, Status, Summary, TapResult, until
 from reference_fem.settings import Settings
 from reference_fem.summary import summarize
 
@@ -137,9 +138,9 @@ def result_of(
         ),
     )
     snapshots = recorder.snapshots(model)
-    over = tap.last_touch_s if tap.over else None
-    of_tap = forces if over is None else forces.until(over)
-    doubts = cautions(Evidence(of_tap, history, snapshots, model, settings))
+    over = (tap.last_touch_s if tap.over else None) or math.inf
+    of_tap = until(forces, over), until(history, over)
+    doubts = cautions(Evidence(*of_tap, snapshots, model, settings, summary.energy_residual))
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
 
 

@@ -1,5 +1,6 @@
 """Estimated errors: of the body against closed forms, of the tap against laws and finer runs."""
 
+import math
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,7 +13,7 @@ import pytest
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.tap import next_touch_s
-from reference_fem.error_cautions import percent
+from reference_fem.error_cautions import later_taps, percent
 from reference_fem.estimate import SolvedScene, standing_out
 from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.hertz import hertz_patch
@@ -310,9 +311,13 @@ def test_a_stress_that_grows_as_the_tap_ends_is_read_there_and_known_as_its_end_
 
 def run_of(value: float, springs: float = 0.0, **changes: Any) -> Any:
     """A run whose numbers are all the same but for its springs' share and what is changed."""
-    summary = dict.fromkeys(STIFFNESS_EXPONENTS, value) | {"time_step_s": 0.0} | changes
+    summary = dict.fromkeys(STIFFNESS_EXPONENTS, value)
+    summary |= {"contact_time_s": 0.0, "time_step_s": 0.0} | changes
+    # a later sample, in which springs hold all
     history = SimpleNamespace(
-        contact_energy_J=np.array([0.0, springs]), strain_energy_J=np.array([0.0, 1 - springs])
+        time_s=np.array([0.0, 0.0, math.inf]),
+        contact_energy_J=np.array([0.0, springs, 9.0]),
+        strain_energy_J=np.array([0.0, 1 - springs, 0.0]),
     )
     return SimpleNamespace(summary=SimpleNamespace(**summary), history=history)
 
@@ -479,6 +484,14 @@ def test_without_companion_or_estimate_the_run_is_the_same(estimated: rf.TapResu
         np.testing.assert_array_equal(other.forces.normal_force_N, estimated.forces.normal_force_N)
         same = replace(other.summary, wall_time_s=estimated.summary.wall_time_s)
         assert same == estimated.summary
+
+
+def test_a_run_of_several_taps_says_that_errors_are_the_firsts() -> None:
+    forces: Any = SimpleNamespace(
+        time_s=np.array([1.0, 2.0, 3.0, 4.0]), normal_force_N=np.array([1.0, 0.0, 0.0, 2.0])
+    )
+    assert later_taps(forces, 4.0) == later_taps(forces, math.inf) == ()
+    assert "the first tap only: what follows, from t = 4 s on" in later_taps(forces, 1.5)[0]
 
 
 def test_an_interrupt_of_the_companion_keeps_the_run(estimated: rf.TapResult) -> None:

@@ -4,6 +4,7 @@ import json
 import signal
 import subprocess
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,9 @@ import xarray
 
 from tests.processes import COMMAND, python, started
 from tests.validation.commands import Run
+from validation.models.adapter import Checkpoint
+from validation.models.solid import FEM2D
+from validation.scenes.load import load_scene
 
 SCENE = (
     *("run", "soft", "--model", "fem3d"),
@@ -82,3 +86,25 @@ def test_nothing_to_resume(tmp_path: Path, fingertap: Run) -> None:
     assert ended.code == 0
     assert ended.err.startswith("fingertap: nothing to resume in ")
     assert "completed" in ended.out
+
+
+def test_a_later_solve_of_a_run_held_to_an_accuracy_is_resumed_too(tmp_path: Path) -> None:
+    """The second solve began again at every interrupt, though it is the longest."""
+    scene = load_scene("soft", ("solver.fem.accuracy=0.01",))
+    own = Checkpoint(tmp_path / "restart.npz")
+    second = own.of_solve(2)
+
+    def stop(share: float, what: str) -> None:
+        if second.exists():
+            raise KeyboardInterrupt
+
+    stopped = FEM2D.run(scene, stop, own).record
+    assert stopped.status == "INTERRUPTED"
+    assert second.exists()
+    resumed = FEM2D.run(scene, None, replace(own, resume=True)).record
+    whole = FEM2D.run(scene).record
+    one, two = ({k: v for k, v in of.summary.items() if k not in OWN} for of in (resumed, whole))
+    assert one == two
+    (tmp_path / ".restart.npz.7.partial").touch()
+    own.remove()
+    assert not list(tmp_path.iterdir())

@@ -35,9 +35,11 @@ def _json(record: RunRecord) -> str:
 def check_run(record: RunRecord) -> None:
     """Check the record that a model returned, before it is used.
 
-    Raises ValueError: a scalar or a force of a completed run is not finite, or the record is
-        invalid; names what is wrong.
+    Raises TypeError: it is not a `RunRecord`. Raises ValueError: a scalar or a force of a completed
+        run is not finite, or the record is invalid; names what is wrong.
     """
+    if not isinstance(record, RunRecord):
+        raise TypeError(f"its run gave {type(record).__name__} as record, not RunRecord")
     for key, value in record.summary.items():
         if record.ok and isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"{key} = {value} is not finite")

@@ -31,6 +31,15 @@ class Checkpoint:
     path: Path
     resume: bool = False
 
+    def of_solve(self, number: int) -> Path:
+        """The file of one of a run's solves, counted from 1."""
+        return self.path if number == 1 else self.path.with_stem(f"{self.path.stem}-{number}")
+
+    def remove(self) -> None:
+        """Remove the files of all solves, and what a kill in the midst of writing one has left."""
+        for file in self.path.parent.glob(f"*{self.path.stem}*{self.path.suffix}*"):
+            file.unlink(missing_ok=True)
+
 
 @dataclass(frozen=True)
 class Outcome:

@@ -55,7 +55,7 @@ class Solid(Adapter):
         taps: list[tuple[Any, Any]] = []
 
         def solve(asked: NamedScene) -> Outcome:
-            return self._solved(asked, progress, None if taps else checkpoint, taps)
+            return self._solved(asked, progress, checkpoint, taps)
 
         return solved_within(solve, scene, self.dimension)
 
@@ -103,7 +103,8 @@ class Solid(Adapter):
             start = time.perf_counter()
             restart = None
             if checkpoint is not None:
-                restart = reference_fem.Restart(checkpoint.path, checkpoint.resume)
+                own = checkpoint.of_solve(len(taps) + 1)
+                restart = reference_fem.Restart(own, checkpoint.resume)
             result = reference_fem.simulate(
                 mesh, materials, surface, drive, settings, progress,
                 solid_inputs.start_of(tables), restart,

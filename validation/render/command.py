@@ -13,7 +13,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.store import Store
 from validation.render.interactive import check_interactive
 from validation.render.off_screen import INTERACTIVE, PICTURES, missing_libraries, render_run
-from validation.render.run_folder import FIELDS, read_run
+from validation.render.run_folder import FIELDS, read_curves, read_run
 from validation.runs.command import failure_of, folder_for, scene_for, stored_or_solved
 
 
@@ -54,6 +54,8 @@ def render(
             folder = _run(run_or_scene, model or "fem3d", overrides, out)
         if doubt := read_run(folder).doubt:  # refuses what is not a run before anything is drawn
             say(f"caution: {doubt}")
+        if interactive:
+            read_curves(folder)  # likewise
         name = safe_name(folder.resolve().name)
         drawn = render_run(folder, pictures, name, (*PICTURES, *[INTERACTIVE] * interactive))
     if drawn.refused:

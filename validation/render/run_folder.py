@@ -66,10 +66,15 @@ def read_run(folder: Path) -> DrawnRun:
 def read_curves(folder: Path) -> tuple[str, Any]:
     """A run's name, and its time since the first touch (s), F_n and F_t (N) of every step.
 
-    Raises UserError: one of the files is damaged or not a run's.
+    Raises UserError: the run did not complete, or one of the files is damaged or not a run's.
     """
     import numpy as np
 
+    if not (folder / "curves.csv").is_file():
+        raise UserError(
+            f"render {folder}: curves.csv is missing, which only a completed run has: leave"
+            " --interactive out, or make the run again"
+        )
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
         name = " ".join(filter(None, (str(summary["model"]), str(summary["variant"]))))

@@ -156,7 +156,7 @@ def failure_of(kept: Kept, folder: Path, checkpoint: Checkpoint | None) -> str:
 def stored_or_solved(
     scene: NamedScene, model: str, folder: Path, store: Store, checkpoint: Checkpoint | None
 ) -> Kept:
-    """The run, its files in its folder; the restart file is removed once the result is kept."""
+    """The run, its files in its folder; restart files are removed once the result is kept."""
     inputs = run_inputs(scene.tables, model, execute.__name__, process="command")
     record, unwritten = None, ""
     try:
@@ -174,7 +174,7 @@ def stored_or_solved(
         kept = Kept(outcome.record, _unwritten(keep, folder, outcome), stored)
     needed = kept.record.status == "INTERRUPTED" or (kept.unwritten and not kept.stored)
     if checkpoint is not None and not needed:
-        checkpoint.path.unlink(missing_ok=True)
+        checkpoint.remove()
     return kept
 
 

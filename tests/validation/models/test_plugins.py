@@ -144,6 +144,7 @@ def test_whole_numbers_are_times_and_forces_too() -> None:
         ({"run": _raises}, "ZeroDivisionError: of its own in two lines"),
         ({"run": _exits}, "SystemExit: no message"),
         ({"run": lambda *_: None}, "gave a NoneType"),
+        ({"run": lambda *_: Outcome({"peak": 1})}, "gave dict as record, not RunRecord"),
         ({"run": _lists}, "time_s is a list: must be a NumPy array"),
         ({"run": _complex}, "normal_force_N is an array of complex128: must be one of real"),
         ({"run": _no_fields}, "gave str as fields, not Fields"),

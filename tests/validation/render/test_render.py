@@ -170,6 +170,9 @@ def test_forces_are_read_back_from_the_first_touch_and_refused_where_damaged(
         (tmp_path / "curves.csv").write_text(text)
         with pytest.raises(UserError, match=r"curves\.csv is damaged or not a run's"):
             read_curves(tmp_path)
+    (tmp_path / "curves.csv").unlink()
+    with pytest.raises(UserError, match="which only a completed run has"):
+        read_curves(tmp_path)
 
 
 def test_forged_fields_are_refused_by_their_file(tmp_path: Path) -> None:

@@ -55,9 +55,9 @@ def provenance(document: dict[str, Any]) -> dict[str, Any]:
     """Scene, versions, machine and date of a run."""
     return {
         "scene_toml": tomli_w.dumps(document),
+        "created": now(),
         "versions": {package: version(package) for package in PACKAGES},
         "python": platform.python_version(),
         "platform": platform.platform(),
         "processor": processor(),
-        "created": now(),
     }

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.harness.quantities import SOLID_KEYS, SUMMARY_KEYS, finite
+from validation.harness.quantities import ESTIMATED, SOLID_KEYS, SUMMARY_KEYS, finite
 
 if TYPE_CHECKING:
     import xarray
@@ -100,7 +100,7 @@ class RunRecord:
             "scene": self.scene,
             "model": self.model,
             **{k: v for k, v in values.items() if v is not None or k not in SOLID_KEYS},
-            "error_estimates": plain(self.errors),
+            "error_estimates": plain({k: self.errors[k] for k in ESTIMATED if k in self.errors}),
             **({"accuracy": plain(self.accuracy)} if self.accuracy else {}),
         }
 

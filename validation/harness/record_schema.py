@@ -32,8 +32,13 @@ Positive = Annotated[float, Field(ge=0.0, le=LARGEST, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, le=2**63)]
 
 
+def _estimated(error: float | None) -> float:
+    """An error in JSON, which has no infinity: null is one that could not be estimated."""
+    return math.inf if error is None else error
+
+
 class _Part(BaseModel):
-    model_config = ConfigDict(strict=True)
+    model_config = ConfigDict(strict=True, extra="allow")
 
 
 def _kind(key: str) -> Any:
@@ -50,7 +55,7 @@ _Summary: Any = create_model(  # type: ignore[call-overload]
     "_Summary", __base__=_Part, **{entry.key: (_kind(entry.key), ...) for entry in QUANTITIES}
 )
 
-_Error = Positive | None  # None: infinite
+_Error = Annotated[Positive | None, AfterValidator(_estimated)]
 _errors = {
     key: (tuple[_Error, _Error] if key == TIP_VELOCITY else _Error, None) for key in ESTIMATED
 }
@@ -89,14 +94,14 @@ class _Record(_Part):
     message: Text
     summary: _Summary
     errors: _Errors
-    events: list[tuple[Number, Text]]
+    events: tuple[tuple[Number, Text], ...]
     statistics: dict[Text, Number | Count | bool | Text | None]
     accuracy: _Accuracy
     provenance: _Provenance
 
 
-def check_record(content: bytes) -> None:
-    """Check the JSON of a stored record.
+def record_values(content: bytes) -> dict[str, Any]:
+    """The fields of a `RunRecord` from the JSON of a stored one; its events are pairs.
 
     Raises ValueError: it is not a valid record; names the key and what is wrong.
     """
@@ -108,6 +113,15 @@ def check_record(content: bytes) -> None:
         raise ValueError(f"{key or 'the record'}: {first['msg']}") from error
     if record.ok != (record.status == "COMPLETED"):
         raise ValueError(f"status: {record.status} and ok = {record.ok} contradict each other")
+    values: dict[str, Any] = record.model_dump(exclude_unset=True)
+    if values["accuracy"]:
+        values["accuracy"].setdefault("expected", None)  # not estimated: left out
+    return values
+
+
+def stated_errors(values: Mapping[str, Any]) -> dict[str, Any]:
+    """The errors of a record from JSON."""
+    return _Errors.model_validate(values, strict=False).model_dump(exclude_unset=True)
 
 
 def check_arrays(arrays: Mapping[str, NDArray[Any]], needed: tuple[str, ...]) -> None:

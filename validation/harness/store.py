@@ -58,8 +58,7 @@ def _write_values(value: Any, folder: Path) -> None:
 def _read_values(kind: type[Value], folder: Path) -> Value:
     from pydantic import TypeAdapter
 
-    values = json.loads((folder / VALUES).read_text(encoding="utf-8"))
-    return TypeAdapter(kind).validate_python(values)
+    return TypeAdapter(kind).validate_json((folder / VALUES).read_bytes())
 
 
 @dataclass(frozen=True)

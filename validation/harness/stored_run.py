@@ -6,7 +6,6 @@ Only solids have the last one.
 import json
 import math
 import shutil
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import tomli_w
 
 from validation.harness.files import atomic
 from validation.harness.record import FORCE_COLUMNS, Event, RunRecord, plain
-from validation.harness.record_schema import check_arrays, check_record
+from validation.harness.record_schema import check_arrays, record_values
 from validation.harness.run_files import Fields, clear_run, write_fields
 from validation.harness.store import Inputs, Store
 
@@ -43,7 +42,7 @@ def check_run(record: RunRecord) -> None:
     for key, value in record.summary.items():
         if record.ok and isinstance(value, float) and not math.isfinite(value):
             raise ValueError(f"{key} = {value} is not finite")
-    check_record(_json(record).encode())
+    record_values(_json(record).encode())
     check_arrays(record.history, ("time_s",))
     check_arrays(record.forces, FORCE_COLUMNS)
     if record.ok and not np.isfinite(record.contact_forces["normal_force_N"]).all():
@@ -92,33 +91,12 @@ def write_record(folder: Path, record: RunRecord) -> None:
 
 def read_record(folder: Path) -> RunRecord:
     """Read the record that `write_record` wrote, marked as read back."""
-    content = (folder / RECORD).read_bytes()
-    check_record(content)
-    values: Mapping[str, Any] = json.loads(content)
+    values = record_values((folder / RECORD).read_bytes())
     history, forces = (_read_arrays(folder / name) for name in (HISTORY, FORCES))
     check_arrays(history, ("time_s",))
     check_arrays(forces, FORCE_COLUMNS)
-    summary = {key: restored(value, None) for key, value in values["summary"].items()}
-    errors = {key: restored(value, math.inf) for key, value in values["errors"].items()}
-    accuracy = dict(values["accuracy"])
-    if accuracy:
-        accuracy["expected"] = (
-            restored(accuracy["expected"], math.inf) if "expected" in accuracy else None
-        )
-    events = tuple(Event(float(time), kind) for time, kind in values["events"])
-    return RunRecord(
-        **{**values, "summary": summary, "errors": errors, "accuracy": accuracy, "events": events},
-        history=history,
-        forces=forces,
-        read_back=True,
-    )
-
-
-def restored(value: Any, nothing: float | None) -> Any:
-    """A scalar or vector as before JSON, which has no tuples or infinity; null gives `nothing`."""
-    if isinstance(value, list):
-        return tuple(restored(item, nothing) for item in value)
-    return nothing if value is None else value
+    values["events"] = tuple(Event(*event) for event in values["events"])
+    return RunRecord(**values, history=history, forces=forces, read_back=True)
 
 
 def _read_arrays(path: Path) -> dict[str, np.ndarray]:

@@ -13,7 +13,7 @@ import xarray
 from validation.harness.files import remove, write_dataset, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
-from validation.harness.stored_run import restored
+from validation.harness.record_schema import stated_errors
 from validation.sweep.axis import scene_number_of
 from validation.sweep.plan import Plan
 from validation.sweep.points import PointTable
@@ -44,11 +44,10 @@ class SweepResult:
 
 
 def solved(row: Mapping[str, Any] | None) -> SweepResult:
-    """The result in a row of the store; None: not solved. An error of null becomes infinite."""
+    """The result in a row of the store; None: not solved."""
     if row is None:
         return SweepResult()
-    errors = {key: restored(value, math.inf) for key, value in row["errors"].items()}
-    return SweepResult(**{**row, "errors": errors})
+    return SweepResult(**{**row, "errors": stated_errors(row["errors"])})
 
 
 def _error(entry: Quantity, result: SweepResult) -> float:

@@ -59,17 +59,21 @@ class PeerTap:
     tip_velocity_m_per_s: tuple[float, float]
 
 
+def load() -> tuple[Any, Any]:
+    """Exudyn, in its variant without range checks, and its items."""
+    sys.exudynFast = True  # type: ignore[attr-defined]  # before the import
+    with contextlib.redirect_stdout(sys.stderr if sys.stderr.isatty() else io.StringIO()):
+        exudyn = importlib.import_module("exudyn")  # prints which variant it is
+        return exudyn, importlib.import_module("exudyn.itemInterface")
+
+
 class _Finger:
     """Exudyn's system for the scene, stepped on from its current state."""
 
     def __init__(
         self, scene: "hcm.Scene", adaptive: bool, spectral_radius: float, jacobian_a_step: bool
     ) -> None:
-        sys.exudynFast = True  # type: ignore[attr-defined]  # before the import: no range checks
-        with contextlib.redirect_stdout(sys.stderr if sys.stderr.isatty() else io.StringIO()):
-            exudyn: Any = importlib.import_module("exudyn")  # prints which variant it is
-            items: Any = importlib.import_module("exudyn.itemInterface")
-
+        exudyn, items = load()
         self.exu, self.scene, self.steps = exudyn, scene, 0
         self.container = exudyn.SystemContainer()
         self.system = self.container.AddSystem()

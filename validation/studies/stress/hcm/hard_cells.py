@@ -6,9 +6,6 @@ contact is switched by hand, see `validation.peers.exudyn_finger`), with adaptiv
 when to look for contact and for how long. The others would need Python code in each of its steps.
 """
 
-import contextlib
-import importlib
-import io
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -86,9 +83,7 @@ def _hcm(scene: hcm.Scene) -> hcm.TapResult:
 
 def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
     """Solve by Exudyn, in a process of its own whose start and imports are not timed."""
-    with contextlib.redirect_stdout(io.StringIO()):  # Exudyn says that it was imported
-        for name in ("exudyn", "exudyn.itemInterface"):
-            importlib.import_module(name)
+    exudyn_finger.load()
 
     def solve() -> tuple[str, PeakAndImpulse | None]:
         try:

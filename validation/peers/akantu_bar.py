@@ -1,13 +1,13 @@
 """The bar in Akantu (LGPL-3): 8-node hexahedra, small strain, central differences, lumped mass.
 
-Run as a program (`print_bar_run`). It writes its material file to the current folder.
+It writes its material file to the current folder.
 """
 
 import importlib
 from pathlib import Path
 from typing import Any
 
-from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, print_bar_run, seconds_per_step
+from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, seconds_per_step
 
 
 def run_bar(bar: Bar) -> tuple[float, float]:
@@ -31,7 +31,3 @@ def run_bar(bar: Bar) -> tuple[float, float]:
     model.getVelocity()[:] = bar.velocity(points)
     seconds = seconds_per_step(lambda: model.solveStep("explicit_lumped"), bar.steps)
     return seconds, float(model.getDisplacement()[points[:, 0] == 0.0, 0].mean())
-
-
-if __name__ == "__main__":
-    print_bar_run(run_bar)

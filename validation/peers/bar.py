@@ -8,12 +8,10 @@ v = V cos(pi x/L) it stays a standing wave,
 Strains stay below 1e-4, where small- and large-strain theory agree.
 """
 
-import json
 import math
-import sys
 import time
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,12 +110,3 @@ def seconds_per_step(take_step: Callable[[], object], steps: int) -> float:
             take_step()
         best = min(best, (time.perf_counter() - start) / count) if count else best
     return best
-
-
-def print_bar_run(run_bar: Callable[[Bar], tuple[float, float]]) -> None:
-    """Run the bar given on the command line as JSON; print its `BarRun` as one line of JSON.
-
-    run_bar : returns seconds per step (of `PARTS`) and `end_m`, of 8-point hexahedra with `STEP_S`.
-    """
-    seconds, end_m = run_bar(Bar(**json.loads(sys.argv[1])))
-    print(json.dumps(asdict(BarRun(8, seconds, end_m, STEP_S, PARTS))))

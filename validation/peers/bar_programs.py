@@ -3,38 +3,43 @@
 Every program runs in a process of its own, in a temporary folder, for a bounded time.
 """
 
-import json
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
+from importlib import import_module
 
+from validation.errors import RunFailedError
+from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.provenance import installed, version
 from validation.peers import calculix, calculix_bar
-from validation.peers.bar import TIMEOUT_S, Bar, BarRun
-
-ROOT = Path(__file__).resolve().parents[2]
+from validation.peers.bar import PARTS, STEP_S, TIMEOUT_S, Bar, BarRun
 
 
-def _run_module(name: str, bar: Bar, _element: str) -> BarRun:
-    """Run a module of this package as a program."""
-    path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
-    threads = {"OMP_NUM_THREADS": str(bar.threads), "PYTHONPATH": path}
+def _run_apart(module: str, bar: Bar, _element: str) -> BarRun:
+    """Run a module of this package in a process of its own."""
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(
-            [sys.executable, "-m", f"validation.peers.{name}", json.dumps(asdict(bar))],
-            cwd=folder, env={**os.environ, **threads}, capture_output=True, text=True,
-            timeout=TIMEOUT_S, check=False,
-        )  # fmt: skip
-    # Kratos says good-bye on standard output, after the result
-    answers = [line for line in done.stdout.splitlines() if line.startswith("{")]
-    if done.returncode or not answers:
-        raise RuntimeError((done.stderr.strip().splitlines() or ["no answer"])[-1])
-    return BarRun(**json.loads(answers[-1]))
+        try:
+            seconds, end_m = call_isolated(_run_here, module, bar, folder, limit_s=TIMEOUT_S)
+        except CrashedError as error:
+            raise RunFailedError(f"no answer: {error}") from error
+    return BarRun(8, seconds, end_m, STEP_S, PARTS)
+
+
+def _run_here(module: str, bar: Bar, folder: str) -> tuple[float, float]:
+    """Run it in this process, whose output is discarded: programs say hello and good-bye."""
+    with open(os.devnull, "wb") as nothing:
+        for stream in (1, 2):
+            os.dup2(nothing.fileno(), stream)
+    os.chdir(folder)
+    os.environ["OMP_NUM_THREADS"] = str(bar.threads)
+    try:
+        found: tuple[float, float] = import_module(f"validation.peers.{module}").run_bar(bar)
+    except Exception as error:
+        raise RunFailedError(f"{type(error).__name__}: {error}") from error
+    return found
 
 
 @dataclass(frozen=True)
@@ -42,7 +47,7 @@ class BarProgram:
     """A program that can run the bar with some of its elements.
 
     module : its Python package, also its distribution's name; empty for CalculiX. run_bar raises
-    RuntimeError, OSError, ValueError or subprocess.TimeoutExpired where the program fails.
+    RunFailedError, RuntimeError, OSError, ValueError or subprocess.TimeoutExpired where it fails.
     most_threads : that it can use. Akantu has more cores by MPI alone, which its wheel lacks.
     """
 
@@ -74,9 +79,9 @@ PROGRAMS = (
     BarProgram("CalculiX", "GPL-2.0-or-later", "apt-get install calculix-ccx", "",
                ("C3D8", "C3D8R"), calculix_bar.run_bar),
     BarProgram("Akantu", "LGPL-3.0", _EXTRA, "akantu", ("hexahedron_8",),
-               partial(_run_module, "akantu_bar"), 1),
+               partial(_run_apart, "akantu_bar"), 1),
     BarProgram("Kratos", "BSD-4-Clause", _EXTRA, "KratosMultiphysics",
-               ("SmallDisplacementElement3D8N",), partial(_run_module, "kratos_bar")),
+               ("SmallDisplacementElement3D8N",), partial(_run_apart, "kratos_bar")),
 )  # fmt: skip
 
 

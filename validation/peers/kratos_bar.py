@@ -1,12 +1,9 @@
-"""The bar in Kratos Multiphysics (BSD-4): SmallDisplacementElement3D8N, central differences.
-
-Run as a program (`print_bar_run`).
-"""
+"""The bar in Kratos Multiphysics (BSD-4): SmallDisplacementElement3D8N, central differences."""
 
 import importlib
 from typing import Any
 
-from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, print_bar_run, seconds_per_step
+from validation.peers.bar import DENSITY, STEP_S, YOUNG, Bar, seconds_per_step
 
 ELEMENT = "SmallDisplacementElement3D8N"
 
@@ -63,7 +60,3 @@ def run_bar(bar: Bar) -> tuple[float, float]:
     ends = [node.GetSolutionStepValue(kratos.DISPLACEMENT_X) for node in part.Nodes
             if node.X0 == 0.0]  # fmt: skip
     return seconds, sum(ends) / len(ends)
-
-
-if __name__ == "__main__":
-    print_bar_run(run_bar)

@@ -2,8 +2,8 @@
 
 import importlib.util
 import math
+import multiprocessing.spawn
 import subprocess
-import sys
 from dataclasses import replace
 
 import numba
@@ -82,9 +82,9 @@ def test_absent_peers_are_named_and_broken_ones_are_rows(monkeypatch: Patch) -> 
 
 
 def test_a_program_that_dies_is_a_row(monkeypatch: Patch) -> None:
-    monkeypatch.setattr(sys, "executable", "/bin/false")
+    monkeypatch.setattr(multiprocessing.spawn, "_python_exe", b"/bin/false")
     row = measure_program(PROGRAMS[1], BAR, "hexahedron_8")
-    assert row.status == "failed: no answer"
+    assert row.status == "failed: no answer: its process ended abruptly (exit code 1)"
 
 
 def test_ratios_are_taken_of_the_same_number_of_points_and_threads() -> None:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numba
 
+from validation.errors import RunFailedError
 from validation.harness.provenance import version
 from validation.models.adapter import Progress
 from validation.peers import own_bar
@@ -47,7 +48,7 @@ def measure_program(program: BarProgram, bar: Bar, element: str) -> BarRow:
         return BarRow(*head, program.run_bar(bar, element))
     except subprocess.TimeoutExpired:
         return BarRow(*head, None, f"stopped after {TIMEOUT_S:g} s")
-    except (RuntimeError, OSError, ValueError) as error:
+    except (RunFailedError, RuntimeError, OSError, ValueError) as error:
         return BarRow(*head, None, f"failed: {error}")
 
 

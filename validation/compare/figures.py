@@ -9,7 +9,7 @@ import numpy as np
 
 from validation.compare.differences import Difference
 from validation.compare.force_curves import FORCES, contact_curve, first_tap
-from validation.harness.figures import BLACK, BLUE, COLORS, GREEN, GREY, ORANGE, panels
+from validation.harness.figures import BLACK, BLUE, COLORS, GREEN, GREY, ORANGE, legend, panels
 from validation.harness.record import RunRecord
 
 Look = tuple[str, str, float]  # colour, style and width of a line
@@ -107,15 +107,7 @@ def _panels(
         for axis in axes[-1]:
             axis.locator_params("x", nbins=TICKS)
             axis.set_xlabel(r"$t - t_c$ (ms)", parse_math=True)
-        named: dict[str, Any] = {}
-        for axis in axes[0]:  # a run may be missing on one scene only
-            for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
-                named.setdefault(label, handle)
-        if named:
-            columns = min(4, 2 * len(scenes))
-            axes[0][0].figure.legend(
-                list(named.values()), list(named), loc="outside lower center", ncols=columns
-            )
+        legend(axes[0], min(4, 2 * len(scenes)))
 
 
 def assumption_bars(

@@ -22,7 +22,7 @@ from validation.converge.verdicts import RefinedRuns
 from validation.errors import RunFailedError
 from validation.harness.command_line import Flag, Overrides, Source
 from validation.harness.console import output, progress_bar, say
-from validation.harness.figures import BLUE, GREEN, ORANGE, panels
+from validation.harness.figures import BLUE, GREEN, ORANGE, legend, panels
 from validation.harness.files import exclusive_folder, output_folder, write_json
 from validation.harness.quantities import OF_A_TAP, Quantity, quantity
 from validation.harness.store import Store
@@ -65,15 +65,9 @@ def draw(path: Path, results: Sequence[RefinedRuns], title: str) -> None:
             axis.set_xticks(found.sizes, [f"{size:.2g}" for size in found.sizes])
             axis.set_title(found.refinement.name)
             axis.set_xlabel(found.refinement.size_name)
-        figure = axes[0][0].figure
         axes[0][0].set_ylabel("change from the finest level (%)")
-        # a refinement whose peaks are spikes has no line of them
-        handles, labels = max(
-            (a.get_legend_handles_labels() for a in axes[0]), key=lambda h: len(h[0])
-        )
-        if handles:
-            figure.legend(handles, labels, loc="outside lower center", ncols=3)
-        figure.suptitle(title, fontsize=10, x=0.01, ha="left")
+        legend(axes[0], 3)
+        axes[0][0].figure.suptitle(title, fontsize=10, x=0.01, ha="left")
 
 
 def run_converge(

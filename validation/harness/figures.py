@@ -1,6 +1,6 @@
 """The style that all figures share, and panels that are written atomically."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -83,3 +83,14 @@ def label(axis: Any, title: str, x: str, y: str) -> None:
     axis.set(title=title, xlabel=x, ylabel=y)
     axis.axhline(0, color=BLACK, linewidth=0.6)
     axis.legend()
+
+
+def legend(axes: Iterable[Any], columns: int) -> None:
+    """One legend below the figure for the lines of these axes, some of which may lack a line."""
+    named: dict[str, Any] = {}
+    for axis in axes:
+        for handle, name in zip(*axis.get_legend_handles_labels(), strict=True):
+            named.setdefault(name, handle)
+    if named:
+        place = {"loc": "outside lower center", "ncols": columns}
+        axis.figure.legend(list(named.values()), list(named), **place)

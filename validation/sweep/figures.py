@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from validation.harness.figures import BLACK, BLUE, COLORS, GREY, TICKS, few_labels, panels
+from validation.harness.figures import BLACK, BLUE, COLORS, GREY, TICKS, few_labels, legend, panels
 from validation.harness.quantities import TAP_AND_STRESS
 from validation.scenes.messages import known_keys
 from validation.sweep.axis import scene_number_of
@@ -76,8 +76,7 @@ def draw_distribution(path: Path, data: xarray.Dataset, chosen: Sequence[Pair]) 
             axis.set_title(entry.title, fontsize=9)
             axis.set(xlabel="difference, at most (%)", ylabel="scenes (%)", xscale="log")
             few_labels(axis)
-        figure, named = axes[0, 0].figure, axes[0, 0].get_legend_handles_labels()
-        figure.legend(*named, loc="outside lower center", ncols=2)
+        legend(axes.flat, 2)
 
 
 def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:

@@ -137,20 +137,18 @@ def shown(value: Any) -> str:
     return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
-def to_record(
-    result: Any, scene: NamedScene, model: str, variant: str, wall_time_s: float
-) -> RunRecord:
+def to_record(result: Any, scene: NamedScene, model: str, variant: str = "") -> RunRecord:
     """Convert a model's ``TapResult`` to the common record.
 
     result : object with status, message, history, summary and, where the model has them, forces (of
-        every step), events, statistics, cautions, errors and accuracy.
-    wall_time_s : duration of the solve alone.
+        every step), events, statistics, cautions, errors and accuracy. Its summary or its
+        statistics have the number of steps and the duration of the solve alone.
     """
     summary = {entry.key: getattr(result.summary, entry.key, None) for entry in QUANTITIES}
     statistics = _members(getattr(result, "statistics", None))
-    if summary["steps"] is None:
-        summary["steps"] = statistics.get("steps")
-    summary["wall_time_s"] = wall_time_s
+    for key in ("steps", "wall_time_s"):
+        if summary[key] is None:
+            summary[key] = statistics.get(key)
     status = result.status
     ok = status.name == "COMPLETED"
     advice = "" if status.advice in result.message else status.advice

@@ -184,9 +184,8 @@ class Reduced(Adapter):
                 result = simulate(progress=progress)
         except hcm.ParameterError as error:
             raise UserError(f"scene {scene.name}: {error}") from error
-        solve_time = result.statistics.wall_time_s
-        estimate_time = time.perf_counter() - start - solve_time
-        record = to_record(result, scene, self.name, "", solve_time)
+        estimate_time = time.perf_counter() - start - result.statistics.wall_time_s
+        record = to_record(result, scene, self.name)
         message = record.message
         if own == "paper" and self.overrides and record.ok:
             message = "; ".join(filter(None, (message, OVERRIDDEN.format(self.name))))

@@ -114,8 +114,7 @@ class Solid(Adapter):
             estimate_time = time.perf_counter() - start - result.summary.wall_time_s
         except ValueError as error:
             raise UserError(f"scene {scene.name}: {error}") from error
-        variant, solve_time = solid_inputs.variant(tables), result.summary.wall_time_s
-        record = to_record(result, scene, self.name, variant, solve_time)
+        record = to_record(result, scene, self.name, solid_inputs.variant(tables))
         returns = RETURNS.format(tables.tip.restitution) if tables.tip.restitution < 1.0 else ""
         times = {"mesh_time_s": mesh_time, "estimate_time_s": max(estimate_time, 0.0)}
         record = replace(

@@ -122,8 +122,7 @@ def _tight_beams(scene: NamedScene, case: RandomTap) -> Solve | None:
         tight = _within(scene, given, case.accuracy)
 
     def solve() -> RunRecord:
-        result = unless_interrupted(hcm.simulate_scene(tight))
-        return to_record(result, scene, "hcm", "", result.statistics.wall_time_s)
+        return to_record(unless_interrupted(hcm.simulate_scene(tight)), scene, "hcm")
 
     return solve if tight is not None else None
 

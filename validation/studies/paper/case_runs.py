@@ -48,7 +48,7 @@ def solve_case(case: Case, store: Store = NO_STORE) -> CaseRun:
     given = hcm_scene(scene, estimate=True)
     settings = replace(given.settings, frame_times=case.frame_times)
     result = hcm.simulate_scene(replace(given, settings=settings))
-    record = to_record(result, scene, "hcm", case.name, result.statistics.wall_time_s)
+    record = to_record(result, scene, "hcm", case.name)
     run = CaseRun(case, record, result.event_postures, result.frames)
     keep_case(store, run)
     return run

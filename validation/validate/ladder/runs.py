@@ -50,9 +50,7 @@ def reduced(scene: NamedScene, contact: Contact, start: Impact | None) -> RunRec
     if start is not None:
         state = hcm.RigidStart(start.angles, start.rates, start.time_s)
         given = dataclasses.replace(given, start=state)
-    result = hcm.simulate_scene(given)
-    record = to_record(result, scene, "hcm", "", result.statistics.wall_time_s)
-    return _completed(record)
+    return _completed(to_record(hcm.simulate_scene(given), scene, "hcm"))
 
 
 def lumped_solid(
@@ -86,8 +84,7 @@ def lumped_solid(
     settings = dataclasses.replace(settings, contact=law, flight="rigid")
     state = solid_inputs.start_of(tables) if start is None else chain_state(start)
     result = reference_fem.simulate(mesh, materials, surface, drive, settings, start=state)
-    variant = f"lumped law, {tip} end"
-    return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
+    return _completed(to_record(result, scene, "fem3d", f"lumped law, {tip} end"))
 
 
 def touching_meshes(scene: NamedScene, start: Impact | None) -> tuple[Any, Any]:
@@ -118,7 +115,7 @@ def full_contact(scene: NamedScene, start: Impact | None, variant: str) -> RunRe
         mesh, materials, surface, drive, settings, start=state, flight_mesh=light,
         companion=companion,
     )  # fmt: skip
-    return _completed(to_record(result, scene, "fem3d", variant, result.summary.wall_time_s))
+    return _completed(to_record(result, scene, "fem3d", variant))
 
 
 @dataclasses.dataclass(frozen=True)

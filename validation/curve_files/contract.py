@@ -11,24 +11,21 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
+from pydantic import BaseModel, Field, ValidationError, create_model
 
 from validation.errors import UserError
 from validation.harness.quantities import ESTIMATED, TIP_VELOCITY
+from validation.harness.record import Floats
 from validation.harness.record_schema import LARGEST, SIGNED
 from validation.models.curves import TIMES
 from validation.scenes.load import read_toml
 from validation.scenes.messages import one_line, show
 from validation.scenes.scene_number import SceneNumber
+from validation.scenes.tables import Table
 
-Floats = NDArray[np.float64]
 FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "N": 1.0, "kN": 1e3, "mN": 1e-3}  # to SI
 LARGEST_SAMPLE = 1e12  # s, N: nothing of a tap is larger
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
-
-
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 def _scalar(key: str) -> SceneNumber:
@@ -47,7 +44,7 @@ def _numbers(bounds: Callable[[str], SceneNumber]) -> Any:
         one: Any = Annotated[float, bounds(key)]
         two = Annotated[list[one], Field(min_length=2, max_length=2)]
         fields[key] = (two if key == TIP_VELOCITY else one, None)
-    return create_model("Numbers", __base__=_Table, **fields)
+    return create_model("Numbers", __base__=Table, **fields)
 
 
 if TYPE_CHECKING:
@@ -58,7 +55,7 @@ else:
     Errors = _numbers(lambda _: SceneNumber(at_least=0.0, at_most=LARGEST))
 
 
-class Sidecar(_Table):
+class Sidecar(Table):
     """The keys of ``NAME.toml``. Axes: F_n pushes the tip up, F_t acts on it along +X."""
 
     scene: str | None = None  # that the curves belong to

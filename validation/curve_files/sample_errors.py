@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from validation.curve_files.contract import Floats
+from validation.harness.record import Floats
 
 UNKNOWN = (np.inf, np.inf)  # of both ends
 EQUAL = 3  # pairs of equal neighbours in rounded samples: exact ones have two at most, at a peak

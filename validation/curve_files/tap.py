@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from validation.curve_files.contract import Floats, Samples, Sidecar
+from validation.curve_files.contract import Samples, Sidecar
 from validation.curve_files.sample_errors import (
     ZeroLine,
     excess,
@@ -16,6 +16,7 @@ from validation.curve_files.sample_errors import (
     zero_line,
 )
 from validation.errors import UserError
+from validation.harness.record import Floats
 from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line

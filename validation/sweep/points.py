@@ -89,12 +89,9 @@ def values_of(axis: Axis, shares: NDArray[np.float64]) -> list[Any]:
 def _grid(vary: Mapping[str, Axis]) -> PointTable:
     sides = []
     for axis in vary.values():
-        if axis.values is not None:
-            sides.append(list(axis.values))
-        elif axis.distribution is not None:
-            sides.append(values_of(axis, (np.arange(axis.count) + 0.5) / axis.count))
-        else:
-            sides.append(values_of(axis, np.linspace(0.0, 1.0, axis.count)))
+        count = axis.count if axis.values is None else len(axis.values)
+        ends, middles = np.linspace(0.0, 1.0, count), (np.arange(count) + 0.5) / count
+        sides.append(values_of(axis, middles if axis.low is None else ends))
     if (number := math.prod(map(len, sides))) > MOST_POINTS:
         raise UserError(f"points.kind = 'grid': gives {number} points: at most {MOST_POINTS}")
     return PointTable(

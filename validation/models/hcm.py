@@ -40,15 +40,7 @@ def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
     further = tables.elements, material.relaxation_time or 0.0, material.poisson_ratio
     try:
-        phalanges = tuple(
-            hcm.Phalanx(
-                length, diameter, young, density, elements,
-                relaxation_time=relaxation, poisson_ratio=poisson,
-            )
-            for length, diameter, young, density, elements, relaxation, poisson in tables.rows(
-                *sizes, *elastic, *further
-            )
-        )  # fmt: skip
+        phalanges = tuple(hcm.Phalanx(*row) for row in tables.rows(*sizes, *elastic, *further))
         return hcm.Scene(
             finger=hcm.Finger(phalanges=phalanges),
             surface=hcm.Surface(height=tables.surface.height, friction=tables.surface.friction),
@@ -113,15 +105,6 @@ def warm_up_choices() -> None:
     hcm.simulate_within(1e-2, hcm_scene(load_scene("soft", WARM_UP), estimate=False))
 
 
-def _stated(scene: NamedScene) -> dict[str, Any]:
-    """The settings that the scene states, by the solver's names."""
-    import hcm
-
-    stated = scene.tables.solver.hcm.stated(hcm.Settings)
-    elements = scene.tables.finger.elements
-    return stated if elements is None else {**stated, "elements": elements}
-
-
 @dataclass(frozen=True)
 class Reduced(Adapter):
     """The adapter of ``hcm`` or of ``hcm-refined``.
@@ -169,7 +152,9 @@ class Reduced(Adapter):
 
         try:
             if accuracy is not None:
-                stated = _stated(scene)
+                stated = scene.tables.solver.hcm.stated(hcm.Settings)
+                if (elements := scene.tables.finger.elements) is not None:
+                    stated["elements"] = elements
                 simulate = partial(hcm.simulate_within, accuracy, given, stated)
                 settings = choose(accuracy, given, stated).scene.settings
             compiled(settings)

@@ -89,7 +89,7 @@ def run_stress(
         # a cell's time is one of its checks, and must not include compilation
         progress(0.0, "loading compiled code, compiling it the first time")
         compile_in_fresh_process(("hcm", "fem3d", "fem2d"))
-        if any(wanted.solver == "hcm" for wanted in maps):
+        if only != "reference":
             call_isolated(warm_up_choices)
             call_isolated(warm_up_kernels, Kernels(refined=True))
         verdicts = iter(run_cases(cases, folder / "cells.jsonl", part(progress, 0.0, 0.95)))

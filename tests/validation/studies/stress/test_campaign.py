@@ -10,8 +10,10 @@ import pytest
 from tests.validation.commands import Patch, Run
 from tests.validation.studies.stress.taps import TAP
 from validation.harness.line_store import LineStore
+from validation.models.hcm import warm_up_choices, warm_up_kernels
 from validation.studies import campaign
 from validation.studies.campaign import Case, run_cases, verdict_inputs
+from validation.studies.stress import command
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
 from validation.studies.stress.report import limit, table_rows, write_map, write_stress_page
@@ -106,6 +108,18 @@ def test_altered_verdicts_are_run_again(tmp_path: Path) -> None:
     row = json.loads(path.read_text())
     path.write_text(json.dumps({**row, "answer": Answer.RIGHT}) + "\n")
     assert LineStore(path).load(verdict_inputs(case)) is None
+
+
+def test_random_scenes_are_not_timed_while_kernels_compile(
+    tmp_path: Path, monkeypatch: Patch
+) -> None:
+    """On a fresh cache their first cells took half a minute, and were called wrong for it."""
+    compiled: list[object] = []
+    monkeypatch.setattr(command, "all_maps", lambda quick: ())
+    monkeypatch.setattr(command, "compile_in_fresh_process", compiled.extend)
+    monkeypatch.setattr(command, "call_isolated", lambda what, *_: compiled.append(what))
+    command.run_stress(only="fuzz", out=tmp_path)
+    assert {warm_up_choices, warm_up_kernels} <= {*compiled}
 
 
 @pytest.mark.parametrize(

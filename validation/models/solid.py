@@ -3,7 +3,7 @@
 import time
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
@@ -22,6 +22,14 @@ RETURNS = (
     "tip.restitution = {:g} is for the reduced model alone: elements lose energy only by"
     " material.relaxation_time"
 )
+
+
+class _Tap(NamedTuple):
+    """A solve of a run: its mesh, its result, and its edge at the contact, m, if that is known."""
+
+    mesh: Any
+    result: Any
+    edge: float | None
 
 
 @dataclass(frozen=True)
@@ -52,7 +60,7 @@ class Solid(Adapter):
         """Mesh, translate and solve, again if an accuracy asks for it; only solves are timed."""
         from validation.models.solid_accuracy import solved_within
 
-        taps: list[tuple[Any, Any]] = []
+        taps: list[_Tap] = []
 
         def solve(asked: NamedScene) -> Outcome:
             return self._solved(asked, progress, checkpoint, taps)
@@ -64,10 +72,13 @@ class Solid(Adapter):
         scene: NamedScene,
         progress: Progress | None,
         checkpoint: Checkpoint | None,
-        taps: list[tuple[Any, Any]],
+        taps: list[_Tap],
         warm: bool = False,
     ) -> Outcome:
-        """Solve once; compare with the last of `taps` (meshes and results) and append to them.
+        """Solve once; compare with the last of `taps` and append to them.
+
+        A scene may state its edges at the contact: then a mesh that is finer elsewhere is judged
+        by a companion of its own, as one of the same edges there tells next to nothing.
 
         warm : whether the kernels of the one-point element are loaded.
         """
@@ -84,12 +95,12 @@ class Solid(Adapter):
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
             elastic, materials = materials, solid_mesh.materials_within(tables, touch, materials)
             damped = any(m.relaxation_time for m in materials)
-            sizes = solid_mesh.sizes_of(tables)
+            sizes, edge = solid_mesh.sizes_of(tables), sizing and sizing.tip_size
             if sizes is not None and self.dimension == 3 and settings.element is None:
                 settings = replace(settings, element=None if damped else sizes.element)
             beside, compared = None, None
-            if taps and taps[-1][1].errors and taps[-1][1].given["settings"] == settings:
-                beside, compared = taps[-1]
+            if taps and _tells(taps[-1], settings, edge):
+                beside, compared = taps[-1].mesh, taps[-1].result
             elif settings.estimate:
                 beside = solid_mesh.companion(tables, self.dimension, sizing)
             if materials != elastic:
@@ -110,7 +121,7 @@ class Solid(Adapter):
                 solid_inputs.start_of(tables), restart,
                 companion=beside, compared=compared, flight_mesh=coarse,
             )  # fmt: skip
-            taps.append((mesh, result))
+            taps.append(_Tap(mesh, result, edge))
             estimate_time = time.perf_counter() - start - result.summary.wall_time_s
         except ValueError as error:
             raise UserError(f"scene {scene.name}: {error}") from error
@@ -126,6 +137,16 @@ class Solid(Adapter):
         fields = Fields(mesh.points, mesh.cells, tuple(result.snapshots))
         left = solid_accuracy.largest_share(result.mesh_errors, record)
         return Outcome(record, fields, left)
+
+
+def _tells(coarser: _Tap, settings: Any, edge: float | None) -> bool:
+    """Whether a run with these settings and this edge may be judged by a coarser one."""
+    from reference_fem.mesh_error import LEAST_RATIO
+
+    if edge is None or coarser.edge is None or not coarser.result.errors:
+        return False
+    alike = coarser.result.given["settings"] == settings
+    return bool(alike and coarser.edge >= LEAST_RATIO * edge)
 
 
 @cache

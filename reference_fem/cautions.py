@@ -7,7 +7,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.result import ForceRecord, History, Snapshot, until
 from reference_fem.settings import Settings
 
 # Limit of the second difference of F_n at its peak over three times the peak, for lags of one step
@@ -38,7 +38,7 @@ HOURGLASS = 0.1
 class Evidence(NamedTuple):
     """What a run's cautions are judged by.
 
-    forces, history : of the first tap. energy_residual : of the run, as in its summary.
+    forces : up to over_s, s, the end of the first tap; inf if it has not ended.
     """
 
     forces: ForceRecord
@@ -46,7 +46,7 @@ class Evidence(NamedTuple):
     snapshots: tuple[Snapshot, ...]
     model: Model
     settings: Settings
-    energy_residual: float | None
+    over_s: float
 
     @property
     def touched(self) -> list[Flags]:
@@ -104,8 +104,11 @@ def few_steps(run: Evidence) -> str:
 
 def open_energy(run: Evidence) -> str:
     """The energy balance is off by more than a rebound's impulse tolerates."""
-    residual = run.energy_residual
-    if residual is None or residual <= CAUTION_RESIDUAL:
+    residual = _share(
+        float(np.abs(run.history.energy_balance_J).max()),
+        float(run.history.kinetic_energy_J.max()),
+    )
+    if residual <= CAUTION_RESIDUAL:
         return ""
     impulse = run.settings.contact == "impulse"
     plastic = " (impulses stop nodes as plastic impacts do)" if impulse else ""
@@ -157,8 +160,9 @@ def outside_refined_patch(run: Evidence) -> str:
 
 def soft_springs(run: Evidence) -> str:
     """Penalty springs hold so much of the elastic energy that they, not the body, set the force."""
-    elastic = run.history.strain_energy_J + run.history.contact_energy_J
-    springs = _share(float(run.history.contact_energy_J.max()), float(elastic.max()))
+    tap = until(run.history, run.over_s)
+    elastic = tap.strain_energy_J + tap.contact_energy_J
+    springs = _share(float(tap.contact_energy_J.max()), float(elastic.max()))
     if springs <= SPRINGS or not isinstance(run.settings.contact, str):
         return ""
     return (
@@ -170,8 +174,9 @@ def soft_springs(run: Evidence) -> str:
 
 def hourglassed(run: Evidence) -> str:
     """Hourglass control holds so much of the strain energy that it affects the answer."""
-    strain = float(run.history.strain_energy_J.max())
-    hourglass = _share(float(run.history.hourglass_energy_J.max()), strain)
+    tap = until(run.history, run.over_s)
+    strain = float(tap.strain_energy_J.max())
+    hourglass = _share(float(tap.hourglass_energy_J.max()), strain)
     if hourglass <= HOURGLASS:
         return ""
     return (

@@ -138,9 +138,9 @@ def result_of(
         ),
     )
     snapshots = recorder.snapshots(model)
-    over = (tap.last_touch_s if tap.over else None) or math.inf
-    of_tap = until(forces, over), until(history, over)
-    doubts = cautions(Evidence(*of_tap, snapshots, model, settings, summary.energy_residual))
+    over = math.inf if tap.last_touch_s is None or not tap.over else tap.last_touch_s
+    of_tap = until(forces, over)
+    doubts = cautions(Evidence(of_tap, history, snapshots, model, settings, over))
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
 
 

@@ -19,6 +19,7 @@ from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.hertz import hertz_patch
 from reference_fem.mesh_error import (
     LEAST_SHARE,
+    PEAK_TIME,
     PLANE,
     STIFFNESS_EXPONENTS,
     TANGENTIAL,
@@ -352,6 +353,9 @@ def test_meshes_that_agree_leave_what_their_edges_allow() -> None:
     assert tap_errors(run, CompanionRun(run, (2.0, 2.0)), coarse)[PEAK] == coarse.allowance
     plane = tap_errors(run, CompanionRun(run, (2.0, 2.0)), replace(coarse, dim=2))
     assert plane[PEAK] == PLANE * coarse.allowance
+    for dim, flat in ((3, 0.5 * least[PEAK]), (2, PLANE * least[PEAK])):
+        found = tap_errors(run, CompanionRun(run, (2.0, 2.0)), replace(fine, dim=dim))
+        assert found[PEAK_TIME] == pytest.approx(math.sqrt(flat) / math.pi)
     # two blocks have no two meshes: a ratio near 1 tells little, not everything
     ratios = tap_errors(run, CompanionRun(run_of(1.1), (1.001, 1.001)), fine)[PEAK]
     assert 0.1 < ratios < 1.0

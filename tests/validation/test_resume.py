@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 import xarray
 
 from tests.processes import COMMAND, python, started
 from tests.validation.commands import Run
+from validation.errors import UserError
 from validation.models.adapter import Checkpoint
 from validation.models.solid import FEM2D
 from validation.scenes.load import load_scene
@@ -101,10 +103,18 @@ def test_a_later_solve_of_a_run_held_to_an_accuracy_is_resumed_too(tmp_path: Pat
     stopped = FEM2D.run(scene, stop, own).record
     assert stopped.status == "INTERRUPTED"
     assert second.exists()
+    saved = second.read_bytes()
+    second.write_bytes(b"damaged")  # it was taken for a mesh that is refused, and solve 1 was kept
+    with pytest.raises(UserError, match=r"restart-2\.npz: the restart file is truncated"):
+        FEM2D.run(scene, None, replace(own, resume=True))
+    second.write_bytes(saved)
     resumed = FEM2D.run(scene, None, replace(own, resume=True)).record
     whole = FEM2D.run(scene).record
     one, two = ({k: v for k, v in of.summary.items() if k not in OWN} for of in (resumed, whole))
     assert one == two
-    (tmp_path / ".restart.npz.7.partial").touch()
+    assert resumed.errors == whole.errors
+    users = tmp_path / "restart-backup.npz"
+    for file in (users, tmp_path / ".restart.npz.7.partial"):
+        file.touch()
     own.remove()
-    assert not list(tmp_path.iterdir())
+    assert list(tmp_path.iterdir()) == [users]

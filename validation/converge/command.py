@@ -136,7 +136,7 @@ def run_converge(
             f" known to {percent:.1f} % in all"
         )
     output(f"  files in {folder}")
-    for caution in verdicts.spike_cautions(results, preset):
+    for caution in verdicts.cautions(results, preset):
         say(f"caution: {title}, {caution}")
     if failures:
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")

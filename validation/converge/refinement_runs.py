@@ -1,6 +1,7 @@
 """The runs of a convergence study, each stored as soon as it is finished."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from validation.converge.refinements import LevelKeys
 from validation.errors import RunFailedError, UserError
@@ -20,7 +21,9 @@ KEPT = (
     *("energy_residual", "elements", "time_step_s", "steps", "wall_time_s"),
 )
 PEAKS = ("peak_normal_force_N", "peak_normal_force_time_s", "peak_tangential_force_N")
-Values = dict[str, float | None]
+CAUTIONS = "cautions"
+Values = dict[str, float | str | None]
+"""Numbers of a run by their keys, and its cautions as one text."""
 
 
 class LevelRuns:
@@ -53,7 +56,9 @@ class LevelRuns:
         ).patch_radius
 
     def run(self, level: LevelKeys) -> Values:
-        """Scalars of one level, taken from an earlier run of the same inputs and program if any."""
+        """Numbers and cautions of one level, from an earlier run of the same inputs and program
+        if there is one.
+        """
         texts = [f"{key}={value!r}" for key, value in level.items()]
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)
@@ -67,15 +72,16 @@ class LevelRuns:
         try:
             mesh = solid_mesh.build_mesh(tables, self._dimension)
             light = solid_mesh.flight_mesh(tables, self._dimension)
-            parts = solid_inputs.solid_parts(tables)
+            materials, surface, drive, settings = solid_inputs.solid_parts(tables)
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
+        given = mesh, materials, surface, drive, replace(settings, estimate=False)
         result = unless_interrupted(
-            reference_fem.simulate(mesh, *parts, start=self._start, flight_mesh=light)
+            reference_fem.simulate(*given, start=self._start, flight_mesh=light)
         )
         if result.status is not reference_fem.Status.COMPLETED:
             raise RunFailedError(f"scene {self.scene.name}, {dict(level)}: {result.message}")
         values: Values = {key: plain(getattr(result.summary, key)) for key in KEPT}
         if any(text.startswith(SPIKED) for text in result.cautions):
             values |= dict.fromkeys(PEAKS)  # of a step or an element: it has no limit
-        return values
+        return values | {CAUTIONS: "; ".join(result.cautions)}

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from validation.compare.grid_convergence import Convergence, convergence
-from validation.converge.refinement_runs import PEAKS, Values
+from validation.converge.refinement_runs import CAUTIONS, PEAKS, Values
 from validation.converge.refinements import PENALTY, TIP_MESH, Refinement
 from validation.harness.console import say
 from validation.harness.files import file_digest, safe_name
@@ -24,7 +24,7 @@ Convergences = Mapping[tuple[str, Quantity], Convergence]  # by the refinement's
 
 @dataclass(frozen=True)
 class RefinedRuns:
-    """The scalars of a refinement's completed levels, by their sizes from coarse to fine."""
+    """What is known of a refinement's completed levels, by their sizes from coarse to fine."""
 
     refinement: Refinement
     values: Mapping[float, Values]
@@ -50,17 +50,21 @@ def level_rows(results: Sequence[RefinedRuns]) -> list[dict[str, Any]]:
     ]
 
 
-def spike_cautions(results: Sequence[RefinedRuns], preset: Values | None) -> list[str]:
-    """A sentence on each refinement, and on the preset, with a peak that has no limit."""
+def cautions(results: Sequence[RefinedRuns], preset: Values | None) -> list[str]:
+    """Sentences on peaks that have no limit, and what the finest level of each refinement, and the
+    preset, say of themselves.
+    """
     runs = {found.refinement.name: [*found.values.values()] for found in results}
     if preset is not None:
         runs[PRESET] = [preset]
-    return [
+    spiked = [
         f"{name}: the peak force of {spikes} of {len(values)} levels is a spike of a few steps or"
         " elements, which has no limit: none is given"
         for name, values in runs.items()
         if (spikes := sum(one[PEAKS[0]] is None for one in values))
     ]
+    own = {name: values[-1][CAUTIONS] for name, values in runs.items() if values}
+    return [*spiked, *(f"{name}, finest: {text}" for name, text in own.items() if text)]
 
 
 def judged(results: Sequence[RefinedRuns]) -> Convergences:
@@ -108,7 +112,7 @@ def preset_rows(
     rows, needed = [], [name for name in refined if name != PENALTY]
     for entry in OF_A_TAP:
         value = preset[entry.key]
-        if value is None or any((name, entry) not in verdicts for name in needed):
+        if not isinstance(value, float) or any((name, entry) not in verdicts for name in needed):
             continue
         tip = verdicts[TIP_MESH, entry]
         off = value / tip.limit - 1

@@ -32,7 +32,7 @@ Positive = Annotated[float, Field(ge=0.0, le=LARGEST, allow_inf_nan=False)]
 Count = Annotated[int, Field(ge=0, le=2**63)]
 
 
-def _estimated(error: float | None) -> float:
+def _infinite_if_null(error: float | None) -> float:
     """An error in JSON, which has no infinity: null is one that could not be estimated."""
     return math.inf if error is None else error
 
@@ -55,7 +55,7 @@ _Summary: Any = create_model(  # type: ignore[call-overload]
     "_Summary", __base__=_Part, **{entry.key: (_kind(entry.key), ...) for entry in QUANTITIES}
 )
 
-_Error = Annotated[Positive | None, AfterValidator(_estimated)]
+_Error = Annotated[Positive | None, AfterValidator(_infinite_if_null)]
 _errors = {
     key: (tuple[_Error, _Error] if key == TIP_VELOCITY else _Error, None) for key in ESTIMATED
 }
@@ -114,8 +114,8 @@ def record_values(content: bytes) -> dict[str, Any]:
     if record.ok != (record.status == "COMPLETED"):
         raise ValueError(f"status: {record.status} and ok = {record.ok} contradict each other")
     values: dict[str, Any] = record.model_dump(exclude_unset=True)
-    if values["accuracy"]:
-        values["accuracy"].setdefault("expected", None)  # not estimated: left out
+    if values["accuracy"]:  # what was not estimated is left out
+        values["accuracy"] = record.accuracy.model_dump()
     return values
 
 

@@ -26,7 +26,7 @@ def part(progress: Progress, low: float, high: float) -> Progress:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a long run saves its state as it goes, and whether to continue from there."""
+    """Where a long run saves the state of its first solve, and whether to continue from there."""
 
     path: Path
     resume: bool = False
@@ -37,7 +37,9 @@ class Checkpoint:
 
     def remove(self) -> None:
         """Remove the files of all solves, and what a kill in the midst of writing one has left."""
-        for file in self.path.parent.glob(f"*{self.path.stem}*{self.path.suffix}*"):
+        folder, stem, suffix = self.path.parent, self.path.stem, self.path.suffix
+        left = folder.glob(f".{stem}*{suffix}.*.partial")
+        for file in (self.path, *folder.glob(f"{stem}-[0-9]{suffix}"), *left):
             file.unlink(missing_ok=True)
 
 

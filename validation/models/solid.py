@@ -24,8 +24,8 @@ RETURNS = (
 )
 
 
-class _Tap(NamedTuple):
-    """A solve of a run: its mesh, its result, and its edge at the contact, m, if that is known."""
+class _Solve(NamedTuple):
+    """One of a run's solves: its mesh, result, and edge at the contact, m, if that is known."""
 
     mesh: Any
     result: Any
@@ -58,24 +58,28 @@ class Solid(Adapter):
         checkpoint: Checkpoint | None = None,
     ) -> Outcome:
         """Mesh, translate and solve, again if an accuracy asks for it; only solves are timed."""
+        from reference_fem import RestartError
         from validation.models.solid_accuracy import solved_within
 
-        taps: list[_Tap] = []
+        solves: list[_Solve] = []
 
         def solve(asked: NamedScene) -> Outcome:
-            return self._solved(asked, progress, checkpoint, taps)
+            return self._solved(asked, progress, checkpoint, solves)
 
-        return solved_within(solve, scene, self.dimension)
+        try:
+            return solved_within(solve, scene, self.dimension)
+        except RestartError as error:  # of any solve: no mesh is at fault
+            raise UserError(f"scene {scene.name}: {error}") from error
 
     def _solved(
         self,
         scene: NamedScene,
         progress: Progress | None,
         checkpoint: Checkpoint | None,
-        taps: list[_Tap],
+        solves: list[_Solve],
         warm: bool = False,
     ) -> Outcome:
-        """Solve once; compare with the last of `taps` and append to them.
+        """Solve once; compare with the last of `solves` and append to them.
 
         A scene may state its edges at the contact: then a mesh that is finer elsewhere is judged
         by a companion of its own, as one of the same edges there tells next to nothing.
@@ -99,8 +103,8 @@ class Solid(Adapter):
             if sizes is not None and self.dimension == 3 and settings.element is None:
                 settings = replace(settings, element=None if damped else sizes.element)
             beside, compared = None, None
-            if taps and _tells(taps[-1], settings, edge):
-                beside, compared = taps[-1].mesh, taps[-1].result
+            if solves and _may_judge(solves[-1], settings, edge):
+                beside, compared = solves[-1].mesh, solves[-1].result
             elif settings.estimate:
                 beside = solid_mesh.companion(tables, self.dimension, sizing)
             if materials != elastic:
@@ -114,15 +118,17 @@ class Solid(Adapter):
             start = time.perf_counter()
             restart = None
             if checkpoint is not None:
-                own = checkpoint.of_solve(len(taps) + 1)
+                own = checkpoint.of_solve(len(solves) + 1)
                 restart = reference_fem.Restart(own, checkpoint.resume)
             result = reference_fem.simulate(
                 mesh, materials, surface, drive, settings, progress,
                 solid_inputs.start_of(tables), restart,
                 companion=beside, compared=compared, flight_mesh=coarse,
             )  # fmt: skip
-            taps.append(_Tap(mesh, result, edge))
+            solves.append(_Solve(mesh, result, edge))
             estimate_time = time.perf_counter() - start - result.summary.wall_time_s
+        except reference_fem.RestartError:
+            raise
         except ValueError as error:
             raise UserError(f"scene {scene.name}: {error}") from error
         record = to_record(result, scene, self.name, solid_inputs.variant(tables))
@@ -139,8 +145,8 @@ class Solid(Adapter):
         return Outcome(record, fields, left)
 
 
-def _tells(coarser: _Tap, settings: Any, edge: float | None) -> bool:
-    """Whether a run with these settings and this edge may be judged by a coarser one."""
+def _may_judge(coarser: _Solve, settings: Any, edge: float | None) -> bool:
+    """Whether a solve with these settings and this edge may be judged by the one before."""
     from reference_fem.mesh_error import LEAST_RATIO
 
     if edge is None or coarser.edge is None or not coarser.result.errors:

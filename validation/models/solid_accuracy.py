@@ -43,11 +43,11 @@ def solved_within(
     The flight is coarse if a rigid one would leave out too much and none is stated, unless that
     takes long; on a mesh file, or without estimates, the scene is solved once.
 
-    Each run is compared with the one before, and the time is that of all. The search ends where a
-    further mesh is refused or its run does not complete; the finest completed run is kept, or the
-    interrupted one. Its errors are raised where a coarser run lies outside both stated errors
-    (`_overlapping`). Doubts about the tap's end (`reference_fem.other_ends`) are no reason for
-    another mesh.
+    Each run is compared with the one before, or with a companion (`Solid`), and the time is that of
+    all. The search ends where a further mesh is refused or its run does not complete; the finest
+    completed run is kept, or the interrupted one. Its errors are raised where a coarser run lies
+    outside both stated errors (`_overlapping`). Doubts about the tap's end
+    (`reference_fem.other_ends`) are no reason for another mesh.
     """
     wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
     if wanted is None:

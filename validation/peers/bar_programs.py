@@ -10,12 +10,15 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 
 from validation.errors import RunFailedError
 from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.provenance import installed, version
 from validation.peers import calculix, calculix_bar
 from validation.peers.bar import PARTS, STEP_S, TIMEOUT_S, Bar, BarRun
+
+ERRORS = "errors.txt"
 
 
 def _run_apart(module: str, bar: Bar, _element: str) -> BarRun:
@@ -24,16 +27,18 @@ def _run_apart(module: str, bar: Bar, _element: str) -> BarRun:
         try:
             seconds, end_m = call_isolated(_run_here, module, bar, folder, limit_s=TIMEOUT_S)
         except CrashedError as error:
-            raise RunFailedError(f"no answer: {error}") from error
+            said = Path(folder, ERRORS)
+            last = said.read_text(errors="replace").splitlines()[-1:] if said.exists() else []
+            raise RunFailedError(": ".join([f"no answer: {error}", *last])) from error
     return BarRun(8, seconds, end_m, STEP_S, PARTS)
 
 
 def _run_here(module: str, bar: Bar, folder: str) -> tuple[float, float]:
-    """Run it in this process, whose output is discarded: programs say hello and good-bye."""
-    with open(os.devnull, "wb") as nothing:
-        for stream in (1, 2):
-            os.dup2(nothing.fileno(), stream)
+    """Run it in this process, whose output is not shown: programs say hello and good-bye."""
     os.chdir(folder)
+    for stream, name in ((1, os.devnull), (2, ERRORS)):
+        with open(name, "wb") as file:
+            os.dup2(file.fileno(), stream)
     os.environ["OMP_NUM_THREADS"] = str(bar.threads)
     try:
         found: tuple[float, float] = import_module(f"validation.peers.{module}").run_bar(bar)

@@ -73,7 +73,7 @@ def read_curves(folder: Path) -> tuple[str, Any]:
     if not (folder / "curves.csv").is_file():
         raise UserError(
             f"render {folder}: curves.csv is missing, which only a completed run has: leave"
-            " --interactive out, or make the run again"
+            " --interactive out"
         )
     try:
         summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))

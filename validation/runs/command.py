@@ -190,6 +190,8 @@ def _solved(
 ) -> Outcome:
     if checkpoint is not None and checkpoint.resume and not checkpoint.path.exists():
         say(f"nothing to resume in {folder}: the run starts from the beginning")
+    if checkpoint is not None and not checkpoint.resume:
+        checkpoint.remove()  # a later --resume must not meet another run's
     try:
         with progress_bar(f"{scene.name} {model} {which}".rstrip()) as progress:
             return solve(scene, model, folder, progress, checkpoint)

@@ -131,7 +131,7 @@ def test_a_peak_that_is_a_spike_has_no_limit(
 
     def solved(*_: Any, **__: Any) -> Any:
         summary = SimpleNamespace(**numbers)
-        cautions = (f"{SPIKED}: use another law",)
+        cautions = (f"{SPIKED}: use another law", "it is wet")
         return SimpleNamespace(
             status=reference_fem.Status.COMPLETED, summary=summary, cautions=cautions
         )
@@ -140,6 +140,7 @@ def test_a_peak_that_is_a_spike_has_no_limit(
     ended = fingertap("converge", "soft", "--model", "fem2d", "--quick", "--out", tmp_path)
     assert ended.code == 0
     assert "the peak force of 3 of 3 levels is a spike" in ended.err
+    assert f"finest: {SPIKED}: use another law; it is wet" in ended.err
     table = pd.read_csv(tmp_path / "converge" / "soft-fem2d-quick" / "convergence.csv")
     assert set(table["quantity"]) == {"normal_impulse_N_s", "contact_duration_s"}
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, History, Snapshot, until
+from reference_fem.result import ForceRecord, History, Snapshot
 from reference_fem.settings import Settings
 
 # Limit of the second difference of F_n at its peak over three times the peak, for lags of one step
@@ -160,9 +160,7 @@ def outside_refined_patch(run: Evidence) -> str:
 
 def soft_springs(run: Evidence) -> str:
     """Penalty springs hold so much of the elastic energy that they, not the body, set the force."""
-    tap = until(run.history, run.over_s)
-    elastic = tap.strain_energy_J + tap.contact_energy_J
-    springs = _share(float(tap.contact_energy_J.max()), float(elastic.max()))
+    springs = held_by_springs(run.history, run.over_s)
     if springs <= SPRINGS or not isinstance(run.settings.contact, str):
         return ""
     return (
@@ -174,9 +172,9 @@ def soft_springs(run: Evidence) -> str:
 
 def hourglassed(run: Evidence) -> str:
     """Hourglass control holds so much of the strain energy that it affects the answer."""
-    tap = until(run.history, run.over_s)
-    strain = float(tap.strain_energy_J.max())
-    hourglass = _share(float(tap.hourglass_energy_J.max()), strain)
+    tap = run.history.time_s <= run.over_s
+    strain = float(run.history.strain_energy_J[tap].max())
+    hourglass = _share(float(run.history.hourglass_energy_J[tap].max()), strain)
     if hourglass <= HOURGLASS:
         return ""
     return (
@@ -190,6 +188,14 @@ CAUTIONS = (
     *CAUTIONS_OF_FORCES,
     *(open_energy, crushed, shaft_touches, outside_refined_patch, soft_springs, hourglassed),
 )
+
+
+def held_by_springs(history: History, over_s: float) -> float:
+    """Largest share of the elastic energy that the contact law's springs hold up to a time, s."""
+    tap = history.time_s <= over_s
+    held = history.contact_energy_J[tap]
+    elastic = history.strain_energy_J[tap] + held
+    return _share(float(held.max(initial=0.0)), float(elastic.max(initial=0.0)))
 
 
 def steps_per_cell_transit(model: Model) -> int:

@@ -38,7 +38,7 @@ from reference_fem.mesh_error import (
 )
 from reference_fem.model import Model
 from reference_fem.other_ends import other_ends
-from reference_fem.result import Status, TapResult, until
+from reference_fem.result import Status, TapResult
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start
 from reference_fem.rigid_flight import Descent, descent, surface_gap
 from reference_fem.scene import Scene
@@ -158,9 +158,8 @@ def estimated(
             ratio = spacing(companion, angle) / resolution.edge
             companion_run = None if tap is None else _companion_run(solved, tap, ratio)
     apart = of_flight.apart + of_flight.omitted.apart
-    of_tap, over = TapPart({}, {}, ()), math.inf
+    of_tap = TapPart({}, {}, ())
     if run.summary.contact_duration_s is not None:
-        over = run.summary.contact_time_s + run.summary.contact_duration_s
         of_tap = _tap_part(run, solved, of_flight, companion_run, resolution, approach_speed)
     errors: Errors = {
         "contact_time_s": of_flight.late_s + of_flight.omitted.late_s,
@@ -175,7 +174,7 @@ def estimated(
             run.forces, scene.surface.friction, scene.materials[-1], resolution.edge,
             resolution.patch,
         ),
-        *later_taps(run.forces, over + 0.5 * run.summary.time_step_s),
+        *later_taps(run.forces, run.summary.first_tap_end_s + 0.5 * run.summary.time_step_s),
         *(() if companion_run is not None else (ALONE,)),
     )  # fmt: skip
     cautions = (*run.cautions, *doubts)
@@ -283,8 +282,7 @@ def standing_out(run: TapResult, model: Model) -> dict[str, float]:
 
     A peak h above both sides has a `spike` of 2 h / 3 F.
     """
-    start, lasts = run.summary.contact_time_s or 0.0, run.summary.contact_duration_s or 0.0
-    forces, found = until(run.forces, start + lasts), {}
+    forces, found = run.forces.until(run.summary.first_tap_end_s), {}
     of = {PEAK: forces.normal_force_N, TANGENTIAL: np.abs(forces.tangential_force_N)}
     for name, force in of.items():
         share = spike(force, steps_per_cell_transit(model))

@@ -23,6 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import meshes
+from reference_fem.cautions import held_by_springs
 from reference_fem.result import TapResult
 from reference_fem.summary import PROMINENCE, confirmed_maxima, stress_during
 
@@ -188,13 +189,7 @@ def springs(run: TapResult) -> float:
     """Largest share of the elastic energy that the contact law's springs hold in the first tap,
     below 1.
     """
-    end = (run.summary.contact_time_s or 0.0) + (run.summary.contact_duration_s or math.inf)
-    tap = run.history.time_s <= end
-    held = run.history.contact_energy_J[tap]
-    elastic = run.history.strain_energy_J[tap] + held
-    if not held.size or not elastic.max() > 0.0:
-        return 0.0
-    return min(max(float(held.max() / elastic.max()), 0.0), 0.99)
+    return min(held_by_springs(run.history, run.summary.first_tap_end_s), 0.99)
 
 
 def spacing(mesh: meshes.FingerMesh, angle: float) -> float:

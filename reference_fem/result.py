@@ -138,15 +138,6 @@ class History(Sampled[Array]):
     """Samples in order of time."""
 
 
-Timed = TypeVar("Timed", "History", "ForceRecord")
-
-
-def until(record: Timed, time_s: float) -> Timed:
-    """The rows of a record up to a time, s."""
-    rows = int(np.searchsorted(record.time_s, time_s, side="right"))
-    return type(record)(*(getattr(record, f.name)[:rows] for f in fields(record)))
-
-
 @dataclass(frozen=True)
 class ForceRecord:
     """Contact at every step of the window, arrays of length s (the history is only sampled).
@@ -159,6 +150,11 @@ class ForceRecord:
     normal_force_N: Array
     tangential_force_N: Array
     lowest_gap_m: Array
+
+    def until(self, time_s: float) -> "ForceRecord":
+        """The steps up to a time, s."""
+        steps = int(np.searchsorted(self.time_s, time_s, side="right"))
+        return ForceRecord(*(getattr(self, f.name)[:steps] for f in fields(self)))
 
 
 @dataclass(frozen=True)
@@ -208,6 +204,13 @@ class Summary:
     steps: int
     elements: int
     time_step_s: float
+
+    @property
+    def first_tap_end_s(self) -> float:
+        """When the first tap ended, s; infinite if there is none, or it has not."""
+        if self.contact_time_s is None or self.contact_duration_s is None:
+            return math.inf
+        return self.contact_time_s + self.contact_duration_s
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from reference_fem.dynamics.state import LoopState, State, Tap, pack
 from reference_fem.dynamics.step import Block, advance, lowest_gap
 from reference_fem.dynamics.tap import ending, tap_after
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, Status, Summary, TapResult, until
+from reference_fem.result import ForceRecord, Status, Summary, TapResult
 from reference_fem.settings import Settings
 from reference_fem.summary import summarize
 
@@ -139,8 +139,7 @@ def result_of(
     )
     snapshots = recorder.snapshots(model)
     over = math.inf if tap.last_touch_s is None or not tap.over else tap.last_touch_s
-    of_tap = until(forces, over)
-    doubts = cautions(Evidence(of_tap, history, snapshots, model, settings, over))
+    doubts = cautions(Evidence(forces.until(over), history, snapshots, model, settings, over))
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
 
 

@@ -312,15 +312,15 @@ def test_a_stress_that_grows_as_the_tap_ends_is_read_there_and_known_as_its_end_
 
 def run_of(value: float, springs: float = 0.0, **changes: Any) -> Any:
     """A run whose numbers are all the same but for its springs' share and what is changed."""
-    summary = dict.fromkeys(STIFFNESS_EXPONENTS, value)
-    summary |= {"contact_time_s": 0.0, "time_step_s": 0.0} | changes
+    summary: dict[str, Any] = dict.fromkeys(STIFFNESS_EXPONENTS, value)
+    summary |= dict.fromkeys(("contact_time_s", "time_step_s", "wall_time_s"), 0.0) | changes
     # a later sample, in which springs hold all
     history = SimpleNamespace(
         time_s=np.array([0.0, 0.0, math.inf]),
         contact_energy_J=np.array([0.0, springs, 9.0]),
         strain_energy_J=np.array([0.0, 1 - springs, 0.0]),
     )
-    return SimpleNamespace(summary=SimpleNamespace(**summary), history=history)
+    return SimpleNamespace(summary=rf.Summary(**summary, steps=0, elements=0), history=history)
 
 
 @pytest.mark.parametrize("ratio", [2.0, 1.5, 0.5])

@@ -9,7 +9,13 @@ from hcm.beam.chain import Chain
 from hcm.beam.equations import fill_chords
 from hcm.beam.joint_torque import turn_rate, turned_angle
 from hcm.compiled import entry, kernel
-from hcm.contact.contract import Law, contact_force, contact_position, hysteresis_loss
+from hcm.contact.contract import (
+    Law,
+    contact_force,
+    contact_position,
+    hysteresis_loss,
+    shear_work,
+)
 from hcm.contact.law import ContactState
 
 # Share of the time: a smaller remainder before an end time is not stepped.
@@ -112,13 +118,14 @@ def advance_totals(
 ) -> RunTotals:  # fmt: skip
     """Advance the time by an accepted step and add its losses and works.
 
-    friction : its total loss so far, J. material_loss : that of this step, J. Restitution loss is
-    exact, and the drive's work too, except for changing torques (of order 4).
+    friction : its total loss so far, J, to which the contact's `shear_work` is added.
+    material_loss : that of this step, J. Restitution loss is exact, and the drive's work too,
+    except for changing torques (of order 4).
     """
     tip = chain.tip
-    _, y0 = contact_position(old.q, tip, contact, law)
+    x0, y0 = contact_position(old.q, tip, contact, law)
     x1, y1 = contact_position(new.q, tip, contact, law)
-    _, fn1 = contact_force(x1, y1, contact, law)
+    before, after = contact_force(x0, y0, contact, law), contact_force(x1, y1, contact, law)
     work = 0.0
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
@@ -137,10 +144,10 @@ def advance_totals(
         rejected=totals.rejected,
         trials=totals.trials,
         chatter_steps=totals.chatter_steps,
-        friction_loss=friction,
+        friction_loss=friction + shear_work(before, after, contact, law),
         restitution_loss=totals.restitution_loss + hysteresis_loss(y0, y1, contact, law),
         material_loss=totals.material_loss + material_loss,
         drive_work=totals.drive_work + work,
         speed=max(totals.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
-        force=max(totals.force, fn1),
+        force=max(totals.force, after[1]),
     )

@@ -23,6 +23,7 @@ margin_rates = by_type(RoundTipLaw, round_tip_law.margin_rates, law.margin_rates
 friction_loss = by_type(RoundTipLaw, round_tip_law.friction_loss, law.friction_loss)
 stored_energy = by_type(RoundTipLaw, round_tip_law.stored_energy, law.stored_energy)
 hysteresis_loss = by_type(RoundTipLaw, round_tip_law.hysteresis_loss, law.hysteresis_loss)
+shear_work = by_type(RoundTipLaw, round_tip_law.shear_work, 0.0)
 contact_position = by_type(
     RoundTipLaw, round_tip_kinematics.contact_position, point.contact_position
 )

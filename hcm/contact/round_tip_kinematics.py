@@ -11,7 +11,8 @@ Mindlin's u, F_n u is 8/9 of F_t d at nu = 0.4. psi is added up over the accepte
 
 Between C and the contact's springs lies the tip's own compliance,
 
-    (X, u_Y)_springs = (X, g) + C F(springs),      C = [[c_tt, -s c_nt], [-s c_nt, 0]],
+    (X, u_Y)_springs = (X, g + e F_t^2/F_n) + C F(springs),
+    C = [[c_tt, -s c_nt], [-s c_nt, 0]],
 
 s = 1 for a phalanx that points along -X. C is fixed at the touch, by the phalanx's angle there; its
 c_nn belongs to the normal law (`round_tip_law`). Newton's method finds the springs' (X, u_Y), so
@@ -52,6 +53,7 @@ from hcm.contact.round_tip_law import (
     INDENTATION,
     ITERATIONS,
     NORMAL_FORCE,
+    SHEARED,
     SLOPE_X,
     SLOPE_Y,
     SPRING_X,
@@ -63,6 +65,7 @@ from hcm.contact.round_tip_law import (
     indentation,
     normal_slope,
     particle_velocity,
+    sheared_way,
     slip_limit,
     spring_displacement,
     stored_energy,
@@ -104,13 +107,16 @@ def path_rate(q: Floats, v: Floats, tip: int, law: RoundTipLaw) -> tuple[float, 
 
 @kernel
 def yielding(
-    tx: float, ty: float, ny: float, law: RoundTipLaw
+    forces: tuple[float, float, float, float, float], contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float, float, float, float]:
-    """a, b, c, d of 1 - C t = [[a, b], [c, d]], t the springs' slopes [[tx, ty], [0, ny]], and its
-    determinant.
+    """a, b, c, d of 1 - C t = [[a, b], [c, d]] and its determinant; t : the springs' slopes [[tx,
+    ty], [0, ny]], C with the derivatives of `sheared_way`, at `forces` of `force_and_slopes`.
     """
+    ft, fn, tx, ty, ny = forces
     cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
-    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cxn * tx, 1.0 - cxn * ty
+    _, by_ft, by_fn = sheared_way(ft, fn, contact, law)
+    cnx = cxn + by_ft
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cnx * tx, 1.0 - cnx * ty - by_fn * ny
     return a, b, c, d, a * d - b * c
 
 
@@ -125,11 +131,13 @@ def spring_position(
     """
     cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
     ft, fn = law.memory[TANGENTIAL_FORCE], law.memory[NORMAL_FORCE]
-    x, y = along + cxx * ft + cxn * fn, gap + cxn * ft
+    x, y = along + cxx * ft + cxn * fn, gap + cxn * ft + sheared_way(ft, fn, contact, law)[0]
     for _ in range(ITERATIONS):
-        ft, fn, tx, ty, ny = force_and_slopes(x, y, contact, law)
-        rx, ry = along + cxx * ft + cxn * fn - x, gap + cxn * ft - y
-        a, b, c, d, det = yielding(tx, ty, ny, law)
+        forces = force_and_slopes(x, y, contact, law)
+        ft, fn = forces[:2]
+        rx = along + cxx * ft + cxn * fn - x
+        ry = gap + cxn * ft + sheared_way(ft, fn, contact, law)[0] - y
+        a, b, c, d, det = yielding(forces, contact, law)
         dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
         x, y = x + dx, y + dy
         # the springs' depth is a difference from that of the last reversal
@@ -163,8 +171,7 @@ def contact_velocity(
     if contact.normal_mode == FLIGHT:
         return vt, vn
     x, y = contact_position(q, tip, contact, law)
-    _, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    a, b, c, d, det = yielding(tx, ty, ny, law)
+    a, b, c, d, det = yielding(force_and_slopes(x, y, contact, law), contact, law)
     return (d * vt - b * vn) / det, (a * vn - c * vt) / det
 
 
@@ -176,8 +183,8 @@ def tip_slopes(
     (1 - C t)^-1; strain : factor of the springs' dF/du_Y, 1 but for `strain_share`.
     """
     x, y = contact_position(q, tip, contact, law)
-    ft, _, tx, ty, ny = force_and_slopes(x, y, contact, law)
-    a, b, c, d, det = yielding(tx, ty, ny, law)
+    ft, fn, tx, ty, ny = force_and_slopes(x, y, contact, law)
+    a, b, c, d, det = yielding((ft, fn, tx, ty, ny), contact, law)
     ty, ny = strain * ty, strain * ny
     return ft, (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det
 
@@ -376,10 +383,16 @@ def begin_mode(
         # alpha from the vertical: cos alpha = -r'_Y/|r'|
         steep = -q[tip + 3] / size
         memory[COMPLIANCE_XX] = law.compliance[2] * steep
-        memory[COMPLIANCE_XY] = -math.copysign(1.0, along) * law.compliance[1]
+        crossed = law.compliance[1] + law.compliance[4] * steep
+        memory[COMPLIANCE_XY] = -math.copysign(1.0, along) * crossed
         memory[COMPLIANCE_YY] = law.compliance[0] + law.compliance[3] * steep * steep
         law.springs[:] = 0.0
-    elif before.tangential_mode == SLIP and contact.tangential_mode == STICK:
+        return
+    if before.normal_mode != contact.normal_mode:
+        ft, fn = memory[TANGENTIAL_FORCE], memory[NORMAL_FORCE]
+        way = sheared_way(ft, fn, before, law)[0]
+        memory[SHEARED] += way - sheared_way(ft, fn, contact, law)[0]
+    if before.tangential_mode == SLIP and contact.tangential_mode == STICK:
         _, gap = spring_position(memory[CONTACT_X], memory[GAP], before, law)
         d, _ = indentation(gap, before, law)
         for i in range(law.springs.size):

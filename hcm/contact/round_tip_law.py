@@ -33,8 +33,8 @@ MOST_EVENING = 2.0
 # Places of the law's memory.
 TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
 COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY = range(6, 9)
-TANGENTIAL_FORCE, NORMAL_FORCE, INDENTATION = range(9, 12)
-MEMORY = 12
+TANGENTIAL_FORCE, NORMAL_FORCE, INDENTATION, SHEARED = range(9, 13)
+MEMORY = 13
 
 
 class RoundTipLaw(NamedTuple):
@@ -44,11 +44,11 @@ class RoundTipLaw(NamedTuple):
     height : depth of the surface below the hinge, less R where the lowest point touches, m.
     radius : R, m. lowest, hertz : whether the lowest point touches, and whether F_n is Hertz's.
     growth : s, 1/m. plane_strain_modulus, effective_shear_modulus : E* and G*, Pa.
-    tangential_stiffness : k_t, N/m. compliance : (4,) of `build`, m/N.
+    tangential_stiffness : k_t, N/m. compliance : (5,) of `build`, softening : e, m/N.
     radiation, relaxation : D, m s/N, and tau, s, of `round_tip_kinematics`.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
     memory : (MEMORY,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C_XX,
-        C_XY, C_YY, of the touch; the springs' F_t and F_n; d.
+        C_XY, C_YY, of the touch; the springs' F_t and F_n; d; the constant part of `sheared_way`.
     """
 
     k: float
@@ -64,6 +64,7 @@ class RoundTipLaw(NamedTuple):
     effective_shear_modulus: float
     tangential_stiffness: float
     compliance: Floats
+    softening: float
     radiation: float
     relaxation: float
     springs: Floats
@@ -312,6 +313,39 @@ def margin_rates(
 
 
 @kernel
+def sheared_way(
+    ft: float, fn: float, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float, float]:
+    """Way e F_t^2/F_n, m, of a patch in shear, which is softer, and its derivatives by F_t and F_n,
+    m/N; in restitution e*^2 times those, from where it began.
+    """
+    if not fn > 0.0:
+        return law.memory[SHEARED], 0.0, 0.0
+    e, ratio = strain_share(contact, law) * law.softening, ft / fn
+    return law.memory[SHEARED] + e * ratio * ft, 2 * e * ratio, -e * ratio * ratio
+
+
+@kernel
+def shear_work(
+    before: tuple[float, float], after: tuple[float, float], contact: ContactState, law: RoundTipLaw
+) -> float:
+    """Work of F_n on `sheared_way` between two forces (F_t, F_n) that is not stored, J.
+
+    int F_n d(e F_t^2/F_n) = e F_t^2/2 + int e F_n^2 r dr, r = F_t/F_n: the last is zero while the
+    patch slides, of either sign while it sticks. e*^2 e F_t^2/2 is stored.
+    """
+    if not (before[1] > 0.0 and after[1] > 0.0):
+        return 0.0
+    change = (after[0] / after[1]) ** 2 - (before[0] / before[1]) ** 2
+    turned = 0.25 * law.softening * (before[1] ** 2 + after[1] ** 2) * change
+    stored, share = (
+        0.5 * law.softening * (after[0] ** 2 - before[0] ** 2),
+        strain_share(contact, law),
+    )
+    return share * turned + (share - law.restitution**2) * stored
+
+
+@kernel
 def friction_loss(
     loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: ContactState,
     law: RoundTipLaw,
@@ -349,7 +383,8 @@ def stored_energy(x: float, gap: float, contact: ContactState, law: RoundTipLaw)
         energy += law.effective_shear_modulus * spring_sums(math.inf, d, law)[3]
     elif contact.tangential_mode != 0:
         energy += 0.5 * ft * ft / law.tangential_stiffness
-    return energy + (0.5 * law.memory[COMPLIANCE_XX] * ft + law.memory[COMPLIANCE_XY] * fn) * ft
+    own = law.memory[COMPLIANCE_XX] + law.restitution**2 * law.softening
+    return energy + (0.5 * own * ft + law.memory[COMPLIANCE_XY] * fn) * ft
 
 
 @kernel

@@ -147,10 +147,14 @@ def test_restitution_and_damping_take_energy_and_the_audit_closes(friction: floa
         whole.summary.peak_normal_force_N, rel=1e-4
     )
     history = less.history
+    # int e F_n^2 r dr of a patch that sticks, |r| <= mu, is of either sign (`shear_work`)
+    peak = history.normal_force_N.max()
+    returned = {"friction": 0.25 / (SOFT.youngs_modulus * 0.0075) * (peak * friction) ** 2 / 2}
     for lost in ("friction", "restitution", "material"):
-        growth = np.diff(getattr(history, f"{lost}_dissipation_J"))
-        assert growth.min() >= -1e-12
-        assert growth.sum() > 0
+        total = getattr(history, f"{lost}_dissipation_J")
+        fallen = (np.maximum.accumulate(total) - total).max()
+        assert fallen <= returned.get(lost, 0.0) + 1e-12
+        assert total[-1] > 0
     # the loop gives back e*^2 of what compression took, the beams' vibration aside
     assert less.summary.contact_duration_s < whole.summary.contact_duration_s
 
@@ -242,7 +246,7 @@ def test_a_later_tap_begins_anew() -> None:
 
 
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
-def test_a_tap_that_sticks_once_does_not_chatter(accuracy: float) -> None:
+def test_a_tap_that_sticks_twice_does_not_chatter(accuracy: float) -> None:
     """V_P passes zero so slowly that a jump of the force there would change the mode again."""
     last = hcm.Phalanx(0.0961107, 0.015, 1.70769e8, 1766.51, 5, poisson_ratio=0.466851)
     scene = hcm.Scene(
@@ -253,4 +257,4 @@ def test_a_tap_that_sticks_once_does_not_chatter(accuracy: float) -> None:
     )
     events = hcm.simulate_within(accuracy, scene).events
     kinds = [event.kind for event in events if "stick" in event.kind]
-    assert kinds == ["slip_to_stick", "stick_to_slip"]
+    assert kinds == ["slip_to_stick", "stick_to_slip"] * 2

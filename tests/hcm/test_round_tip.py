@@ -45,7 +45,7 @@ def test_a_growing_patch_yields_by_its_radius() -> None:
     """u = d + 0.28 (a/R) F_n/(E R) with Hertz's d and a of the same F_n; the work of F_n is
     stored; restitution unloads on e*^-2 of the way, from the force it starts with.
     """
-    tip = touched(law(growing_patch=True, **YIELDING))._replace(compliance=np.zeros(4))
+    tip = touched(law(growing_patch=True, **YIELDING))._replace(compliance=np.zeros(5))
     tip.memory[COMPLIANCE_XX : COMPLIANCE_YY + 1] = 0.0
     d = np.linspace(0.0, DEEP, 2001)
     force, a = K * d**1.5, np.sqrt(R * d)
@@ -198,24 +198,25 @@ def test_tangents_are_the_forces_differences(
 @pytest.mark.parametrize(
     ("switches", "normal"),
     [
-        ({"tip_compliance": True}, lambda c: (-0.205, 0.30)),
-        (YIELDING, lambda c: (-0.205 + 0.22 * c**2, 0.30)),
+        ({"tip_compliance": True}, lambda c: (-0.205, 0.30, 0.0)),
+        (YIELDING, lambda c: (-0.205 + 0.22 * c**2, 0.30 - 0.28 * c, 0.25)),
     ],
 )
 def test_the_tip_yields_by_its_compliance(
-    switches: dict[str, bool], normal: Callable[[float], tuple[float, float]]
+    switches: dict[str, bool], normal: Callable[[float], tuple[float, float, float]]
 ) -> None:
-    """X of the springs = X + C_XX F_t + C_XY F_n, d + C_YX F_t + C_YY F_n = -g with Hertz's d of
-    F_n, and C of the angle at the touch; mirrored alike.
+    """X of the springs = X + C_XX F_t + C_XY F_n, d + C_YX F_t + C_YY F_n + e F_t^2/F_n = -g with
+    Hertz's d of F_n, and C of the angle at the touch; mirrored alike.
     """
     tip = touched(law(**switches))
     q = at(0.3 * MU * ETA2 * DEEP, DEEP)
     x, gap = round_tip_kinematics.contact_position(q, 0, TOUCH, tip)
     ft, fn = round_tip_law.contact_force(x, gap, TOUCH, tip)
-    nn, nt, tt = np.array([*normal(np.sin(0.7)), 1.34]) / (E * R)
+    nn, nt, e, tt = np.array([*normal(np.sin(0.7)), 1.34]) / (E * R)
+    sheared = e * ft**2 / fn
     assert x - q[0] == pytest.approx(tt * np.sin(0.7) * ft - nt * fn, rel=1e-9)
-    assert DEEP - (fn / K) ** (2 / 3) == pytest.approx(nn * fn - nt * ft, rel=1e-9)
-    assert gap + DEEP == pytest.approx(-nt * ft, rel=1e-9)
+    assert DEEP - (fn / K) ** (2 / 3) == pytest.approx(nn * fn - nt * ft + sheared, rel=1e-9)
+    assert gap + DEEP == pytest.approx(-nt * ft + sheared, rel=1e-9)
     other, mirror = touched(law(**switches), -np.pi + 0.7), np.array([-1, 1, -1, 1])
     x2, gap2 = round_tip_kinematics.contact_position(q * mirror, 0, TOUCH, other)
     assert (x2, gap2) == pytest.approx((-x, gap), rel=1e-12)
@@ -230,19 +231,21 @@ def test_the_tip_yields_by_its_compliance(
 def test_a_sliding_tip_holds_where_restitution_outweighs_its_compliance(
     direction: float, more: float
 ) -> None:
-    """u_Y changes by -e*^2 dF_n/k_n - s c_nt dF_t with slip's dF_t = -direction mu dF_n: where the
-    sum changes its sign no force fits.
+    """u_Y changes by -e*^2 dF_n/k_n - s c_nt dF_t + e*^2 e mu^2 dF_n with slip's dF_t = -direction
+    mu dF_n: where the sum changes its sign no force fits.
     """
-    nn, nt = np.array([-0.205 + 0.22 * np.sin(0.7) ** 2, 0.30]) / (E * R)
-    slope = 1.0 / (1.0 / (1.5 * K * np.sqrt(DEEP)) + nn)
+    nn, nt = np.array([-0.205 + 0.22 * np.sin(0.7) ** 2, 0.30 - 0.28 * np.sin(0.7)]) / (E * R)
+    sheared = 0.25 * MU**2 / (E * R)
+    slope = 1.0 / (1.0 / (1.5 * K * np.sqrt(DEEP)) + nn + sheared)
     least = np.sqrt(MU * nt * slope)
     tip = touched(law(least * (1.0 + more), **YIELDING))
     force = K * DEEP**1.5
     y = -DEEP - nn * force
     before = TOUCH._replace(tangential_mode=SLIP, slip_sign=direction)
-    q = at(0.0, -y + MU * direction * nt * force)
+    q = at(0.0, -y + (MU * direction * nt + sheared) * force)
     press(tip, before, q)
     reversed_ = before._replace(normal_mode=RESTITUTION, gap_ref=y, force_ref=force)
+    round_tip_kinematics.begin_mode(q, 0, before, reversed_, tip)
     _, gap = round_tip_kinematics.contact_position(q, 0, reversed_, tip)
     if direction < 0.0 and more < 0.0:
         assert np.isnan(gap)
@@ -399,4 +402,5 @@ def test_every_field_of_the_law_is_of_the_scene() -> None:
     found = law_of(body, hcm.Surface(0.02, 0.5), given, Assumptions("refined"))
     assert isinstance(found, RoundTipLaw)
     # what is given is that of a/R = 0.28 at rest: the law starts from a patch that has no size
-    assert found.compliance * E * R == pytest.approx([0.44 - 0.28**2, 0.3, 2.0, 0.22])
+    assert found.compliance * E * R == pytest.approx([0.44 - 0.28**2, 0.3, 2.0, 0.22, -0.28])
+    assert found.softening * E * R == pytest.approx(0.25)

@@ -22,7 +22,7 @@ For a tip that deforms, known to 0.05, with effects that are of the order of a/R
    same patch. With what statics have less than 0.34 there, that is 0.31, 0.29, 0.26 of cos(alpha)
    (0.28, 0.26, 0.22 at nu = 0.3).
 -  Friction softens the patch further, u_Y = -d - .. + e F_t^2/F_n: e = 0.19 to 0.22 at a/R = 0.1,
-   0.3 at 0.2, 0.36 at 0.3, by statics of a half-ball that slides at mu = 0.6.
+   0.3 at 0.2, 0.36 at 0.3, by statics of a half-ball that slides at mu = 0.6 (0.26 at 1 as at 0.5).
 
 On larger patches c_nt is smaller by linear statics of a sliding half-ball (0.28, 0.23 and 0.15 at
 a/R = 0.12, 0.2 and 0.28; 45 degrees, nu = 0.4; 0.2 at 57), which finite strain gives back (0.01 to

@@ -30,6 +30,8 @@ from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, Conta
 ITERATIONS, SETTLED = 40, 1e-9
 # Largest c of `evening`.
 MOST_EVENING = 2.0
+# F_t/F_n up to which the softening by friction was compared with finite elements, as the study has.
+MOST_SHEAR = 1.2
 # Places of the law's memory.
 TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
 COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY = range(6, 9)
@@ -313,16 +315,24 @@ def margin_rates(
 
 
 @kernel
+def shear_share(ratio: float) -> tuple[float, float]:
+    """(p, dp/dr) of r = F_t/F_n: r^2, and from `MOST_SHEAR` on its tangent."""
+    size = abs(ratio)
+    least = min(size, MOST_SHEAR)
+    return least * (2.0 * size - least), 2.0 * math.copysign(least, ratio)
+
+
+@kernel
 def sheared_way(
     ft: float, fn: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float, float]:
-    """Way e F_t^2/F_n, m, of a patch in shear, which is softer, and its derivatives by F_t and F_n,
+    """Way e p F_n, m, of a patch in shear, which is softer, and its derivatives by F_t and F_n,
     m/N; in restitution e*^2 times those, from where it began.
     """
     if not fn > 0.0:
         return law.memory[SHEARED], 0.0, 0.0
-    e, ratio = strain_share(contact, law) * law.softening, ft / fn
-    return law.memory[SHEARED] + e * ratio * ft, 2 * e * ratio, -e * ratio * ratio
+    e, (p, slope) = strain_share(contact, law) * law.softening, shear_share(ft / fn)
+    return law.memory[SHEARED] + e * p * fn, e * slope, e * (p - slope * ft / fn)
 
 
 @kernel
@@ -331,17 +341,15 @@ def shear_work(
 ) -> float:
     """Work of F_n on `sheared_way` between two forces (F_t, F_n) that is not stored, J.
 
-    int F_n d(e F_t^2/F_n) = e F_t^2/2 + int e F_n^2 r dr, r = F_t/F_n: the last is zero while the
-    patch slides, of either sign while it sticks. e*^2 e F_t^2/2 is stored.
+    int F_n d(e p F_n) = e p F_n^2/2 + e/2 int F_n^2 dp, whose last term is zero while the patch
+    slides and of either sign while it sticks. e*^2 e p F_n^2/2 is stored.
     """
     if not (before[1] > 0.0 and after[1] > 0.0):
         return 0.0
-    change = (after[0] / after[1]) ** 2 - (before[0] / before[1]) ** 2
-    turned = 0.25 * law.softening * (before[1] ** 2 + after[1] ** 2) * change
-    stored, share = (
-        0.5 * law.softening * (after[0] ** 2 - before[0] ** 2),
-        strain_share(contact, law),
-    )
+    p0, p1 = shear_share(before[0] / before[1])[0], shear_share(after[0] / after[1])[0]
+    half, share = 0.5 * law.softening, strain_share(contact, law)
+    turned = 0.5 * half * (before[1] ** 2 + after[1] ** 2) * (p1 - p0)
+    stored = half * (p1 * after[1] ** 2 - p0 * before[1] ** 2)
     return share * turned + (share - law.restitution**2) * stored
 
 
@@ -383,8 +391,9 @@ def stored_energy(x: float, gap: float, contact: ContactState, law: RoundTipLaw)
         energy += law.effective_shear_modulus * spring_sums(math.inf, d, law)[3]
     elif contact.tangential_mode != 0:
         energy += 0.5 * ft * ft / law.tangential_stiffness
-    own = law.memory[COMPLIANCE_XX] + law.restitution**2 * law.softening
-    return energy + (0.5 * own * ft + law.memory[COMPLIANCE_XY] * fn) * ft
+    if fn > 0.0:
+        energy += 0.5 * law.restitution**2 * law.softening * shear_share(ft / fn)[0] * fn * fn
+    return energy + (0.5 * law.memory[COMPLIANCE_XX] * ft + law.memory[COMPLIANCE_XY] * fn) * ft
 
 
 @kernel

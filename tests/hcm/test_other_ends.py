@@ -15,7 +15,7 @@ TAP = (0.0, 10.0)  # it must stay away for 1, and not come back within 20
 
 
 def nearly_parted(**settings: float) -> hcm.Scene:
-    """A tip that stays away for 4.117 us, where 4.122 end the tap (found by a user)."""
+    """A tip that stays away for 4.117 us, where 4.122 end the tap (as a user's had)."""
     lengths, diameters = (0.0339, 0.0459, 0.0275), (0.0041, 0.0038, 0.0079)
     phalanges = [
         hcm.Phalanx(length, diameter, 2.25e9, 809.0, poisson_ratio=0.45)
@@ -24,7 +24,7 @@ def nearly_parted(**settings: float) -> hcm.Scene:
     return hcm.Scene(
         hcm.Finger(tuple(phalanges)),
         hcm.Surface(0.0714, 0.6),
-        hcm.Tip(6.82e6, restitution=0.3),
+        hcm.Tip(6.82e6, restitution=0.3064),
         settings=replace(hcm.Settings(), **settings),  # type: ignore[arg-type]
         assumptions=hcm.Assumptions("refined"),
     )
@@ -81,12 +81,12 @@ def test_ends_are_open_within_what_the_duration_is_known_to() -> None:
 
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-3])
 def test_an_open_end_is_in_the_errors_and_said(accuracy: float) -> None:
-    """75.947 us and 0.53459 mN s are those of 1e-5, 37.94 and 0.4675 those of half a millionth."""
+    """75.974 us and 0.53397 mN s are those of 1e-5, 37.90 and 0.46635 those of half a millionth."""
     result = hcm.simulate_within(accuracy, nearly_parted())
     lasts, impulse = result.summary.contact_duration_s, result.summary.normal_impulse_N_s
     assert lasts is not None
     assert impulse is not None
-    for others in ((75.947e-6, 0.53459e-3), (37.94e-6, 0.4675e-3)):
+    for others in ((75.974e-6, 0.53397e-3), (37.90e-6, 0.46635e-3)):
         assert abs(lasts - others[0]) < 1.01 * result.errors["contact_duration_s"]
         assert abs(impulse - others[1]) < 1.01 * result.errors["normal_impulse_N_s"]
     assert result.accuracy is not None

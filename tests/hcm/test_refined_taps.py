@@ -161,7 +161,7 @@ def test_restitution_and_damping_take_energy_and_the_audit_closes(friction: floa
 
 def test_a_contact_that_loses_its_hold_ends_the_run() -> None:
     """Before, F_n jumped to and fro by ten peaks until the work allowed was spent."""
-    result = tap(friction=1.2, restitution=0.05)
+    result = tap(friction=1.2, restitution=0.02)
     assert result.status is hcm.Status.LOSES_HOLD
     assert "tip.restitution" in result.status.advice
     assert result.history.normal_force_N[-1] > 0.99 * result.history.normal_force_N.max()
@@ -172,7 +172,7 @@ def test_a_contact_that_loses_its_hold_ends_the_run() -> None:
         assert held.status is hcm.Status.COMPLETED
 
 
-@pytest.mark.parametrize("restitution", [0.15, 0.2])
+@pytest.mark.parametrize("restitution", [0.12, 0.15])
 def test_a_grip_that_is_lost_within_a_mode_leaves_no_nan(restitution: float) -> None:
     """A springy finger's later touches: springs that stick have no force either. It was a row of
     NaN, or 20,000 steps of 1e-16 s.

@@ -41,7 +41,7 @@ def test_cells_are_judged() -> None:
 
 def test_refined_taps_are_judged_by_what_holds_for_them() -> None:
     wanted = refined_map()
-    expected = {0.1: Answer.STOPPED, 0.5: Answer.RIGHT}
+    expected = {0.02: Answer.STOPPED, 0.5: Answer.RIGHT}
     for restitution, answer in expected.items():
         verdict = wanted.judge(wanted.scene(1.2, 1e7, restitution))
         assert verdict.answer is answer, verdict.reason

@@ -66,7 +66,7 @@ GROWTH, GROWN = 0.28, 0.28
 SOFTENING = 0.25
 # E c D of a tip that radiates, and what is subtracted from E R c_nn.
 RADIATION, RADIATED = 0.22, 0.06
-# Friction towards the hinge, over F_n, beyond which a tap has a caution: at 0.2 peaks are 1 % high.
+# Friction towards the hinge, over F_n, beyond which a tap has a caution.
 # c_nt holds for friction away from the hinge, where the patch's and finite strain's effects cancel.
 PULLED = 0.1
 # Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
@@ -137,8 +137,7 @@ def beyond_checks(
     if crosses and pull > PULLED * peak:
         found.append(
             f"friction pulls the tip towards its hinge ({pull / peak:.2g} of the normal force), for"
-            " which the tip's compliance is not known: peaks of six such taps were 2 % low to 5 %"
-            " high"
+            " which the tip's compliance is not known"
         )
     if assumptions.has("lowest_point"):
         radius = last.diameter / 2

@@ -1,4 +1,7 @@
-"""Why c_nt keeps its size on a patch (`hcm.contact.build`): statics of a tip that slides."""
+"""Why c_nt keeps its size on a patch, and how friction softens it (`hcm.contact.build`).
+
+Statics of a tip that slides.
+"""
 
 import pytest
 
@@ -19,3 +22,5 @@ def test_finite_strain_gives_c_nt_back_what_a_patch_takes() -> None:
     assert odd[True] - odd[False] == pytest.approx(0.305, abs=0.05)
     even = {finite: sum(pair) / 2 for finite, pair in found.items()}
     assert even[True] - even[False] > 0.23  # c_nn's softening, and friction's share of it
+    still = ball.compliance(0.0, finite=True)
+    assert (even[True] - still) / 0.5**2 == pytest.approx(0.33, abs=0.1)

@@ -46,7 +46,8 @@ class Assumptions:
     tip_compliance: bool | None = None
     """The tip is elastic between the beam's end and the patch."""
     deforming_tip: bool | None = None
-    """The tip's compliance includes finite strain (St. Venant-Kirchhoff) and its parts' inertia."""
+    """The tip's compliance includes finite strain (St. Venant-Kirchhoff), by which friction softens
+    the patch, and its parts' inertia."""
     growing_patch: bool | None = None
     """The tip's compliance grows with the radius of the patch."""
     radiating_tip: bool | None = None

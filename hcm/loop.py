@@ -142,7 +142,8 @@ def advance(
             contact, kind = transition(slot, x, gap, vt, vn, contact, law)
             begin_mode(old.q, tip, before, contact, law)
             if math.isnan(contact_position(old.q, tip, contact, law)[1]):
-                begin_mode(old.q, tip, contact, before, law)  # the last row is the mode's before
+                if contact.normal_mode != before.normal_mode:  # the last row is the mode's before
+                    begin_mode(old.q, tip, contact, before, law)
                 code, contact, kind = LOSES_HOLD, before, NO_EVENT
         if kind != NO_EVENT:
             events.time[n_events], events.kind[n_events] = totals.time, kind

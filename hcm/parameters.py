@@ -113,7 +113,7 @@ class Tip:
     """E R c_nn of the tip's own compliance (`hcm.contact.round_tip_kinematics`); None: the closed
     form."""
     compliance_nt: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
-    """E R c_nt; None: the closed form."""
+    """E R c_nt at rest; None: the closed form."""
     compliance_tt: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
     """E R c_tt/cos(alpha); None: the closed form."""
 

@@ -104,7 +104,8 @@ class History:
     mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
     hinge_reactions_N (n, P, 2) is -lam_w: the force that hinge w exerts on phalanx w.
     contact_energy_J is what both contact elements could give back; material_dissipation_J is what
-    the phalanges' damping and a radiating tip have dissipated.
+    the phalanges' damping and a radiating tip have dissipated. friction_dissipation_J has the work
+    that a refined tip's softening by friction takes, and may fall a little while it sticks.
     """
 
     time_s: Floats

@@ -123,9 +123,9 @@ def advance_totals(
     except for changing torques (of order 4).
     """
     tip = chain.tip
-    x0, y0 = contact_position(old.q, tip, contact, law)
+    _, y0 = contact_position(old.q, tip, contact, law)
     x1, y1 = contact_position(new.q, tip, contact, law)
-    before, after = contact_force(x0, y0, contact, law), contact_force(x1, y1, contact, law)
+    force = contact_force(x1, y1, contact, law)
     work = 0.0
     for t in range(chain.torque.size):
         s = chain.torque_node[t] + 2
@@ -144,10 +144,10 @@ def advance_totals(
         rejected=totals.rejected,
         trials=totals.trials,
         chatter_steps=totals.chatter_steps,
-        friction_loss=friction + shear_work(before, after, contact, law),
+        friction_loss=friction + shear_work(force, contact, law),
         restitution_loss=totals.restitution_loss + hysteresis_loss(y0, y1, contact, law),
         material_loss=totals.material_loss + material_loss,
         drive_work=totals.drive_work + work,
         speed=max(totals.speed, abs(new.v[tip]) + abs(new.v[tip + 1])),
-        force=max(totals.force, after[1]),
+        force=max(totals.force, force[1]),
     )

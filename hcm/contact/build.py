@@ -7,7 +7,7 @@ of the cantilever from a section R behind C, for b^2 -> 0), known to 0.03, 0.05 
     E R c_nn = -0.15 + 0.55 (nu - 0.4),  E R c_nt = 0.34 + 0.4 (nu - 0.4),
     E R c_tt = (1.6 + 2.6 (nu - 0.4)) cos(alpha),       alpha from the vertical to the last phalanx.
 
-For a tip that deforms, known to 0.05, with effects that are of the order of a/R, as C is:
+For a tip that deforms, known to 0.05 (e: 0.1), with effects that are of the order of a/R, as C is:
 
     E R c_nn += 0.015 + 0.15 (nu - 0.4) + 0.22 cos^2(alpha),      E R c_nt -= 0.28 cos(alpha),
     E R e = 0.25.
@@ -19,10 +19,11 @@ For a tip that deforms, known to 0.05, with effects that are of the order of a/R
    a free phalanx to a half-sine force, in finite elements less that of this model's beam.
 -  They lag across the normal too: c_nt -0.16, -0.19 and -0.17 at 30, 45 and 60 degrees, by least
    squares to pulses ~ sin^(3/2) that rise in 6 and 10 R/c on the same phalanx, less statics on the
-   same patch. With what statics have less than 0.34 there, that is 0.31, 0.29, 0.26 of cos(alpha)
-   (0.28, 0.26, 0.22 at nu = 0.3).
--  Friction softens the patch further, u_Y = -d - .. + e F_t^2/F_n: e = 0.19 to 0.22 at a/R = 0.1,
-   0.3 at 0.2, 0.36 at 0.3, by statics of a half-ball that slides at mu = 0.6 (0.26 at 1 as at 0.5).
+   same patch. With what statics for b^2 -> 0 have less than 0.34 at these angles (0, 0.01, 0.05)
+   that is 0.31, 0.29, 0.26 of cos(alpha) (0.28, 0.26, 0.22 at nu = 0.3).
+-  Friction softens the patch further, u_Y = g + .. + e F_t^2/F_n: E R e = 0.19 to 0.22 at a/R of
+   0.1, 0.3 at 0.2, 0.36 at 0.3, by statics of a half-ball that slides at mu = 0.6 (0.26 at 1 as at
+   0.5).
 
 On larger patches c_nt is smaller by linear statics of a sliding half-ball (0.28, 0.23 and 0.15 at
 a/R = 0.12, 0.2 and 0.28; 45 degrees, nu = 0.4; 0.2 at 57), which finite strain gives back (0.01 to

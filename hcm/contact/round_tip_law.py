@@ -6,7 +6,8 @@ Normal: with the elastic indentation d that the loading history leaves (d. = -u_
     F_n = 4/3 E* sqrt(R) d^(3/2)        or        F_n = k d.
 
 A tip that yields by s d^2, as its patch grows, and by C_YY F_n counts as part of the contact: the
-history then gives d + s d^2 + C_YY F_n, not d, and the loss 1 - e*^2 is that of the whole.
+history then gives d + s d^2 + C_YY F_n, not d, and the loss 1 - e*^2 is that of the whole, with
+`sheared_way`, whose share is counted with friction's (`shear_work`).
 
 Tangential, by the method of dimensionality reduction (Popov and Hess 2015, ch. 5): springs at the
 distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 - nu),
@@ -30,7 +31,7 @@ from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, Conta
 ITERATIONS, SETTLED = 40, 1e-9
 # Largest c of `evening`.
 MOST_EVENING = 2.0
-# F_t/F_n up to which the softening by friction was compared with finite elements, as the study has.
+# Largest F_t/F_n of the study's fingers: the softening by friction goes on along its tangent there.
 MOST_SHEAR = 1.2
 # Places of the law's memory.
 TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
@@ -336,20 +337,22 @@ def sheared_way(
 
 
 @kernel
-def shear_work(
-    before: tuple[float, float], after: tuple[float, float], contact: ContactState, law: RoundTipLaw
-) -> float:
-    """Work of F_n on `sheared_way` between two forces (F_t, F_n) that is not stored, J.
+def shear_work(after: tuple[float, float], contact: ContactState, law: RoundTipLaw) -> float:
+    """Work of F_n on `sheared_way` that is not stored, from the last accepted step to the springs'
+    forces `after`, J, by the trapezoid rule.
 
     int F_n d(e p F_n) = e p F_n^2/2 + e/2 int F_n^2 dp, whose last term is zero while the patch
-    slides and of either sign while it sticks. e*^2 e p F_n^2/2 is stored.
+    slides and of either sign while it sticks. e*^2 e p F_n^2/2 is stored: in compression the rest
+    of it is lost.
     """
-    if not (before[1] > 0.0 and after[1] > 0.0):
+    ft, fn = law.memory[TANGENTIAL_FORCE], law.memory[NORMAL_FORCE]
+    if not after[1] > 0.0:
         return 0.0
-    p0, p1 = shear_share(before[0] / before[1])[0], shear_share(after[0] / after[1])[0]
+    p = shear_share(after[0] / after[1])[0]
+    p0 = shear_share(ft / fn)[0] if fn > 0.0 else p
     half, share = 0.5 * law.softening, strain_share(contact, law)
-    turned = 0.5 * half * (before[1] ** 2 + after[1] ** 2) * (p1 - p0)
-    stored = half * (p1 * after[1] ** 2 - p0 * before[1] ** 2)
+    turned = 0.5 * half * (fn * fn + after[1] ** 2) * (p - p0)
+    stored = half * (p * after[1] ** 2 - p0 * fn * fn)
     return share * turned + (share - law.restitution**2) * stored
 
 

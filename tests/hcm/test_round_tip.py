@@ -5,6 +5,7 @@ Maw, Barber and Fawcett, its tangents, its energy, its symmetries.
 import dataclasses
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -166,15 +167,26 @@ def test_a_wandering_tip_dissipates_and_stays_inside_the_cone(seed: int) -> None
 
 
 @pytest.mark.parametrize("tangential", [STICK, SLIP])
-@pytest.mark.parametrize("switches", [{}, YIELDING, GROWING, {"partial_slip": False}])
+@pytest.mark.parametrize(
+    "switches",
+    [
+        {}, YIELDING, GROWING, {"partial_slip": False},
+        {"mu": 1.5, **YIELDING}, {"restitution": 0.5, "mu": 1.5, **YIELDING},
+    ],
+)  # fmt: skip
 @pytest.mark.parametrize("angle", [-0.7, -2.2])
 def test_tangents_are_the_forces_differences(
-    tangential: int, switches: dict[str, bool], angle: float
+    tangential: int, switches: dict[str, Any], angle: float
 ) -> None:
     tip = touched(law(**switches), angle)
     press(tip, TOUCH, at(0.0, DEEP, angle))
-    press(tip, TOUCH, at(0.4 * MU * ETA2 * DEEP, 0.9 * DEEP, angle))
+    last = at(0.4 * MU * ETA2 * DEEP, 0.9 * DEEP, angle)
+    _, force = press(tip, TOUCH, last)
     contact = TOUCH._replace(tangential_mode=tangential, slip_sign=float(tangential == SLIP))
+    if tip.restitution < 1.0:
+        _, gap = round_tip_kinematics.contact_position(last, 0, TOUCH, tip)
+        contact = contact._replace(normal_mode=RESTITUTION, gap_ref=gap, force_ref=force)
+        round_tip_kinematics.begin_mode(last, 0, TOUCH, contact, tip)
     q, scale, w = at(0.5 * MU * ETA2 * DEEP, 0.92 * DEEP, angle), np.array([1, 1, 50, 50.0]), 7
     rows, column = np.zeros((w + 4, w + 1)), np.zeros(4)
     unsymmetric_factor = round_tip_kinematics.add_tangent(q, 1.0, 0, scale, contact, tip, rows)

@@ -125,8 +125,8 @@ def left_over(degrees: float, dt: float, pulse: Numbers, length: float = LENGTH)
 
 @pytest.mark.parametrize("degrees", [30.0, 60.0])
 def test_the_parts_between_contact_and_centre_lag(degrees: float) -> None:
-    """c of int F d(c F) = c F^2/2, which has a share of the rate's. The mesh (b = 2.5 edges) has
-    c_nn 0.01 to 0.04 too low by statics.
+    """c of int F d(c F) = c F^2/2. The mesh (b = 2.5 edges) has c_nn 0.01 to 0.04 too low by
+    statics. c_nt is higher here than below, where its rate is fitted too.
     """
     force = np.sin(0.5 * np.pi * np.arange(STEPS + 1) / STEPS)
     rest = left_over(degrees, 0.5 * np.pi / 0.2 / STEPS, force)

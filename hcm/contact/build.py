@@ -17,7 +17,7 @@ For a tip that deforms, known to 0.05 (e: 0.1), with effects that are of the ord
    a rod at finite strain (which at alpha = 0 agree with these first two effects to 0.02).
 -  Parts between contact and centre lag: c_nn -0.13 + 0.17 cos^2(alpha), by the linear response of
    a free phalanx to a half-sine force, in finite elements less that of this model's beam.
--  They lag across the normal too: c_nt -0.16, -0.19 and -0.17 at 30, 45 and 60 degrees, by least
+-  They lag along the surface too: c_nt -0.16, -0.19 and -0.17 at 30, 45 and 60 degrees, by least
    squares to pulses ~ sin^(3/2) that rise in 6 and 10 R/c on the same phalanx, less statics on the
    same patch. With what statics for b^2 -> 0 have less than 0.34 at these angles (0, 0.01, 0.05)
    that is 0.31, 0.29, 0.26 of cos(alpha) (0.28, 0.26, 0.22 at nu = 0.3).

@@ -15,10 +15,10 @@ Between C and the contact's springs lies the tip's own compliance,
     C = [[c_tt, -s c_nt], [-s c_nt, 0]],
 
 s = 1 for a phalanx that points along -X (`sheared_way` has e in restitution and for large F_t/F_n).
-C is fixed at the touch, by the phalanx's angle there; its
-c_nn belongs to the normal law (`round_tip_law`). Newton's method finds the springs' (X, u_Y), so
-that the forces on the beams are functions of (X, g). Along the normal a tip that radiates yields by
-c_nn F_n - D F_n.: to first order in D, and without friction's part in k,
+C is fixed at the touch, by the phalanx's angle there; its c_nn belongs to the normal law
+(`round_tip_law`). Newton's method finds the springs' (X, u_Y), so that the forces on the beams are
+functions of (X, g). Along the normal a tip that radiates yields by c_nn F_n - D F_n.: to first
+order in D, and without friction's part in k,
 
     F_n += -D k^2 g.,      k of `round_tip_law.normal_slope`,
 

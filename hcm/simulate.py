@@ -31,6 +31,7 @@ from hcm.tap import (
     near_ends_when_touched_again,
     nearest,
     next_touch_s,
+    rising_stress,
     slow_end,
     taps_of,
 )
@@ -202,6 +203,7 @@ def _refinement_cautions(
         )
     if scene.assumptions.has("hertz"):
         cautions += slow_end(history.time_s, history.normal_force_N, tap)
+        cautions += rising_stress(history.time_s, history.stress_R_Pa, tap)
     return cautions
 
 

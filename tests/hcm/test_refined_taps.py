@@ -10,7 +10,7 @@ import hcm
 from hcm.assumptions import Assumptions
 from hcm.contact.build import beyond_checks
 from hcm.contact.law import SLIP
-from hcm.tap import slow_end
+from hcm.tap import rising_stress, slow_end
 from tests.hcm.cases import order_of
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=6, poisson_ratio=0.4)
@@ -243,6 +243,15 @@ def test_a_tap_that_fades_out_says_so() -> None:
     assert "the last 5.4 % of contact_duration_s" in faded  # 1 - 0.947, and a row
     assert slow_end(time, force, (0.0, 0.95)) == ()
     assert slow_end(time, force, (0.0, math.inf)) == ()  # cut by an end time
+
+
+def test_a_stress_that_rises_as_the_tap_ends_says_so() -> None:
+    time = np.linspace(0.0, 1.2, 1201)
+    (rising,) = rising_stress(time, -(time**4), (0.0, 1.0))
+    assert "rises by 7.8 % in the last 2 %" in rising  # 1 - 0.98^4
+    assert rising_stress(time, np.sin(4.0 * time), (0.0, 1.0)) == ()  # larger before
+    assert rising_stress(time, time, (0.0, 1.0)) == ()  # by 2 %
+    assert rising_stress(time, time**4, (0.0, math.inf)) == ()  # cut by an end time
 
 
 def test_a_later_tap_begins_anew() -> None:

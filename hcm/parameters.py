@@ -110,7 +110,7 @@ class Tip:
     tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
     """eta^-2, tangential over normal stiffness; 0 transmits no tangential force."""
     compliance_nn: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
-    """E R c_nn of the tip's own compliance (`hcm.contact.round_tip_kinematics`); None: the closed
+    """E R c_nn of the tip's own compliance (`hcm.contact.tip_compliance`); None: the closed
     form."""
     compliance_nt: Annotated[float | None, Bound(at_least=-10, at_most=10)] = None
     """E R c_nt at rest; None: the closed form."""

@@ -51,7 +51,7 @@ from hcm.assumptions import Assumptions
 from hcm.beam.refinement import touching_height
 from hcm.contact.contract import Law
 from hcm.contact.law import contact_law
-from hcm.contact.round_tip_law import MEMORY, RoundTipLaw
+from hcm.contact.round_tip import MEMORY, RoundTipLaw
 from hcm.parameters import Finger, Phalanx, Surface, Tip
 
 # Springs from the middle of the patch to a distance of R, denser towards the middle: x_i/R is the

@@ -1,8 +1,9 @@
 """A contact at the tip node itself (paper, fig. 2b): its position and velocity from the motion, and
 the generalized force and the tangent of the law's force on the tip's coordinates (r, r').
 
-These kernels define the interface of a contact's kinematics, which `round_tip_kinematics` follows
-too; `contract` gives the constants that replace kernels which only a round tip has.
+These kernels define the interface of a contact's kinematics, which `round_tip_kinematics`,
+`tip_compliance` and `tip_damping` follow; `contract` gives the constants that replace kernels which
+only a round tip has.
 """
 
 from hcm.arrays import Floats

@@ -9,71 +9,28 @@ A tip that yields by s d^2, as its patch grows, and by C_YY F_n counts as part o
 history then gives d + s d^2 + C_YY F_n, not d, and the loss 1 - e*^2 is that of the whole, with
 `sheared_way`, whose share is counted with friction's (`shear_work`).
 
-Tangential, by the method of dimensionality reduction (Popov and Hess 2015, ch. 5): springs at the
-distances x_i from the patch's middle, E* and G* stiff per length, G* = 4 G/(2 - nu),
-
-    w_i = d - x_i^2/R >= 0,  u_i. = u_X. where |u_i| < mu (E*/G*) w_i,  F_t = -2 G* c sum dx_i u_i,
-
-2 for both sides, c near 1 but for the first few springs (`evening`). The spring in the middle slips
-last (every other one started later, with a limit that grows as fast), so that the whole patch slips
-as one lumped element does: F_t = -s mu F_n until V_P = V_t + s mu (E*/G*) u_Y. vanishes. Without
-partial slip a single spring k_t holds the tip.
+Tangential: the springs of `partial_slip`, of which the middle one slips last, so that the whole
+patch slips as one lumped element does: F_t = -s mu F_n until V_P = V_t + s mu (E*/G*) u_Y.
+vanishes. Without partial slip a single spring k_t holds the tip.
 """
 
 import math
-from typing import NamedTuple
 
-from hcm.arrays import Floats
 from hcm.compiled import kernel
 from hcm.contact.law import COMPRESSION, FLIGHT, RESTITUTION, SLIP, STICK, ContactState
+from hcm.contact.partial_slip import spring_sums, springs_loss
+from hcm.contact.patch_shear import shear_share
+from hcm.contact.round_tip import (
+    COMPLIANCE_XX,
+    COMPLIANCE_XY,
+    COMPLIANCE_YY,
+    SPRING_X,
+    RoundTipLaw,
+    strain_share,
+)
 
 # Most Newton iterations; largest last change of d over d, the square of which is left as an error.
 ITERATIONS, SETTLED = 40, 1e-9
-# Largest c of `evening`.
-MOST_EVENING = 2.0
-# Largest F_t/F_n of the study's fingers: the softening by friction goes on along its tangent there.
-MOST_SHEAR = 1.2
-# Places of the law's memory.
-TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
-COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY = range(6, 9)
-TANGENTIAL_FORCE, NORMAL_FORCE, INDENTATION, SHEARED = range(9, 13)
-MEMORY = 13
-
-
-class RoundTipLaw(NamedTuple):
-    """Constants of the law, and its memory of the tap; a `ContactState` holds the rest.
-
-    k : N/m^(3/2) if hertz, else N/m. restitution : e*. tangential_ratio : G*/E*, or eta^-2. mu.
-    height : depth of the surface below the hinge, less R where the lowest point touches, m.
-    radius : R, m. lowest, hertz : whether the lowest point touches, and whether F_n is Hertz's.
-    growth : s, 1/m. plane_strain_modulus, effective_shear_modulus : E* and G*, Pa.
-    tangential_stiffness : k_t, N/m. compliance : (5,) of `build`, softening : e, m/N.
-    radiation, relaxation : D, m s/N, and tau, s, of `round_tip_kinematics`.
-    springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
-    memory : (MEMORY,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C_XX,
-        C_XY, C_YY, of the touch; the springs' F_t and F_n; d; the constant part of `sheared_way`.
-    """
-
-    k: float
-    restitution: float
-    tangential_ratio: float
-    mu: float
-    height: float
-    radius: float
-    lowest: bool
-    hertz: bool
-    growth: float
-    plane_strain_modulus: float
-    effective_shear_modulus: float
-    tangential_stiffness: float
-    compliance: Floats
-    softening: float
-    radiation: float
-    relaxation: float
-    springs: Floats
-    depth: Floats
-    width: Floats
-    memory: Floats
 
 
 @kernel
@@ -118,68 +75,6 @@ def normal_energy(d: float, law: RoundTipLaw) -> float:
     share = 0.4 + 4.0 / 7.0 * law.growth * d if law.hertz else 0.5
     fn, _ = normal_force(d, law)
     return (share * d + 0.5 * law.memory[COMPLIANCE_YY] * fn) * fn
-
-
-@kernel
-def slip_limit(i: int, d: float, law: RoundTipLaw) -> float:
-    """Largest |u_i| of a spring that sticks, m."""
-    return law.mu / law.tangential_ratio * max(d - law.depth[i], 0.0)
-
-
-@kernel
-def spring_displacement(i: int, moved: float, d: float, law: RoundTipLaw) -> tuple[float, float]:
-    """(u_i, du_i/dmoved) of a spring that sticks, m; moved : change of the springs' X since the
-    last accepted step, m. A spring that touches within the step takes only the part from then on.
-    """
-    share, before = 1.0, law.memory[INDENTATION]
-    if law.depth[i] > before:
-        share = (d - law.depth[i]) / (d - before)
-    return law.springs[i] + share * moved, share
-
-
-@kernel
-def evening(reach: float, held: float, d: float, law: RoundTipLaw) -> tuple[float, float]:
-    """(c, dc/dd), -, 1/m: the factor with which springs at their limits hold mu F_n.
-
-        c sum dx_i w_i = int_0^a w dx = 2/3 a d,      a^2 = R d;
-
-    at most `MOST_EVENING`, while the first spring alone hardly touches.
-
-    reach, held : sums of dx_i, m, and dx_i w_i, m^2, over one side's springs in touch. Without c
-    the force would jump, and the mode chatter, where a stick begins slowly.
-    """
-    a = math.sqrt(law.radius * max(d, 0.0))
-    if not 2.0 / 3.0 * d * a < MOST_EVENING * held:
-        return MOST_EVENING, 0.0
-    c = 2.0 / 3.0 * d * a / held
-    return c, (a - c * reach) / held
-
-
-@kernel
-def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float, float, float]:
-    """Sum of c dx u over one side's springs in touch (m^2), its derivatives by `moved` and by d
-    (m), and the sum of c dx u^2 (m^3); c : of `evening`, moved : as in `spring_displacement`.
-    """
-    limits = law.mu / law.tangential_ratio
-    total, by_way, by_depth, squares, reach, held = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(law.springs.size):
-        if law.depth[i] >= d:
-            break
-        limit, width = slip_limit(i, d, law), law.width[i]
-        u, share = spring_displacement(i, moved, d, law)
-        if abs(u) > limit:
-            u = math.copysign(limit, u)
-            by_depth += width * math.copysign(limits, u)
-        else:
-            by_way += width * share
-            if share < 1.0:
-                by_depth += width * moved * (1.0 - share) / (d - law.memory[INDENTATION])
-        total += width * u
-        squares += width * u * u
-        reach += width
-        held += width * (d - law.depth[i])
-    c, growth = evening(reach, held, d, law)
-    return c * total, c * by_way, c * by_depth + growth * total, c * squares
 
 
 @kernel
@@ -268,12 +163,6 @@ def push_unit(law: RoundTipLaw) -> float:
 
 
 @kernel
-def strain_share(contact: ContactState, law: RoundTipLaw) -> float:
-    """The material's rate of strain over that of d: e*^2 in restitution."""
-    return law.restitution * law.restitution if contact.normal_mode == RESTITUTION else 1.0
-
-
-@kernel
 def relaxing_share(contact: ContactState, law: RoundTipLaw) -> float:
     """The exponent of F_n over d times tau and the `strain_share`, s."""
     return (1.5 if law.hertz else 1.0) * law.relaxation * strain_share(contact, law)
@@ -316,47 +205,6 @@ def margin_rates(
 
 
 @kernel
-def shear_share(ratio: float) -> tuple[float, float]:
-    """(p, dp/dr) of r = F_t/F_n: r^2, and from `MOST_SHEAR` on its tangent."""
-    size = abs(ratio)
-    least = min(size, MOST_SHEAR)
-    return least * (2.0 * size - least), 2.0 * math.copysign(least, ratio)
-
-
-@kernel
-def sheared_way(
-    ft: float, fn: float, contact: ContactState, law: RoundTipLaw
-) -> tuple[float, float, float]:
-    """Way e p F_n, m, of a patch in shear, which is softer, and its derivatives by F_t and F_n,
-    m/N; in restitution e*^2 times those, from where it began.
-    """
-    if not fn > 0.0:
-        return law.memory[SHEARED], 0.0, 0.0
-    e, (p, slope) = strain_share(contact, law) * law.softening, shear_share(ft / fn)
-    return law.memory[SHEARED] + e * p * fn, e * slope, e * (p - slope * ft / fn)
-
-
-@kernel
-def shear_work(after: tuple[float, float], contact: ContactState, law: RoundTipLaw) -> float:
-    """Work of F_n on `sheared_way` that is not stored, from the last accepted step to the springs'
-    forces `after`, J, by the trapezoid rule.
-
-    int F_n d(e p F_n) = e p F_n^2/2 + e/2 int F_n^2 dp, whose last term is zero while the patch
-    slides and of either sign while it sticks. e*^2 e p F_n^2/2 is stored: in compression the rest
-    of it is lost.
-    """
-    ft, fn = law.memory[TANGENTIAL_FORCE], law.memory[NORMAL_FORCE]
-    if not after[1] > 0.0:
-        return 0.0
-    p = shear_share(after[0] / after[1])[0]
-    p0 = shear_share(ft / fn)[0] if fn > 0.0 else p
-    half, share = 0.5 * law.softening, strain_share(contact, law)
-    turned = 0.5 * half * (fn * fn + after[1] ** 2) * (p - p0)
-    stored = half * (p * after[1] ** 2 - p0 * fn * fn)
-    return share * turned + (share - law.restitution**2) * stored
-
-
-@kernel
 def friction_loss(
     loss: float, x0: float, gap0: float, x1: float, gap1: float, contact: ContactState,
     law: RoundTipLaw,
@@ -368,16 +216,7 @@ def friction_loss(
         slid = particle_position(x1, gap1, contact, law) - particle_position(x0, gap0, contact, law)
         return loss - 0.5 * (ft0 + ft1) * slid
     d0, d1 = indentation(gap0, contact, law)[0], indentation(gap1, contact, law)[0]
-    lost, reach, held = 0.0, 0.0, 0.0
-    for i in range(law.springs.size):
-        if law.depth[i] >= max(d0, d1):
-            break
-        before, limit = slip_limit(i, d0, law), slip_limit(i, d1, law)
-        excess = abs(spring_displacement(i, x1 - x0, d1, law)[0]) - limit
-        lost += law.width[i] * (before + limit) * max(excess, 0.0)
-        reach += law.width[i]
-        held += law.width[i] * max(d1 - law.depth[i], 0.0)
-    return loss + law.effective_shear_modulus * evening(reach, held, d1, law)[0] * lost
+    return loss + springs_loss(x1 - x0, d0, d1, law)
 
 
 @kernel

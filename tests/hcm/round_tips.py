@@ -5,10 +5,10 @@ import numpy as np
 import hcm
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
-from hcm.contact import round_tip_kinematics, round_tip_law
+from hcm.contact import round_tip_kinematics, round_tip_law, tip_compliance, tip_damping
 from hcm.contact.build import law_of
 from hcm.contact.law import COMPRESSION, IN_FLIGHT, SLIP, STICK, ContactState
-from hcm.contact.round_tip_law import RoundTipLaw
+from hcm.contact.round_tip import RoundTipLaw
 
 R, E, NU, MU = 0.0075, 1e9, 0.3, 0.5
 BALL = 1400.0 * 4 / 3 * np.pi * R**3  # kg
@@ -34,7 +34,7 @@ def at(x: float, depth: float, angle: float = -0.7) -> Floats:
 
 def press(tip: RoundTipLaw, contact: ContactState, q: Floats) -> tuple[float, float]:
     """Forces at q, which is committed."""
-    x, gap = round_tip_kinematics.contact_position(q, 0, contact, tip)
+    x, gap = tip_compliance.contact_position(q, 0, contact, tip)
     force = round_tip_law.contact_force(x, gap, contact, tip)
     round_tip_kinematics.commit_history(q, 0, contact, tip)
     return force
@@ -54,8 +54,8 @@ def bounce(tip: RoundTipLaw, speed: float) -> tuple[float, float]:
         half = v
         for _ in range(3):  # the force depends on the speed: the midpoint rule, iterated
             q, rate = at(0.0, -(y + 0.5 * step * half)), np.array([0.0, half, 0.0, 0.0])
-            force = round_tip_kinematics.tip_force(q, rate, 0, contact, tip)[1]
+            force = tip_damping.tip_force(q, rate, 0, contact, tip)[1]
             half = v + 0.5 * step * force / BALL
-        lost += step * round_tip_kinematics.rate_power(q, rate, 0, contact, tip)
+        lost += step * tip_damping.rate_power(q, rate, 0, contact, tip)
         y, v = y + step * half, v + step * force / BALL
     return lost, 0.5 * BALL * v**2

@@ -6,10 +6,10 @@ from scipy.special import beta
 
 import hcm
 from hcm.arrays import Floats
-from hcm.contact import round_tip_kinematics, round_tip_law
+from hcm.contact import round_tip_law, tip_compliance, tip_damping
 from hcm.contact.build import RADIATED, RADIATION
 from hcm.contact.law import RESTITUTION, SLIP, STICK
-from hcm.contact.round_tip_law import COMPLIANCE_XY, RoundTipLaw
+from hcm.contact.round_tip import COMPLIANCE_XY, RoundTipLaw
 from tests.hcm.round_tips import BALL, MU, NU, TOUCH, E, R, at, bounce, law, press, touched
 
 DEEP = 2e-4
@@ -45,19 +45,19 @@ def test_it_resists_the_rate_of_the_normal_force(tangential: int, angle: float) 
     contact = TOUCH._replace(tangential_mode=tangential, slip_sign=float(tangential == SLIP))
 
     def springs(moved: Floats) -> Floats:
-        x, gap = round_tip_kinematics.contact_position(moved, 0, contact, tip)
+        x, gap = tip_compliance.contact_position(moved, 0, contact, tip)
         return np.array(round_tip_law.contact_force(x, gap, contact, tip))
 
     up = np.array([0.0, step, 0.0, 0.0])
     k = (springs(q + up) - springs(q - up))[1] / (2 * step)
-    more = np.array(round_tip_kinematics.tip_force(q, SIDEWAYS, 0, contact, tip)) - springs(q)
+    more = np.array(tip_damping.tip_force(q, SIDEWAYS, 0, contact, tip)) - springs(q)
     assert more[1] == pytest.approx(-tip.radiation * k**2 * SIDEWAYS[1], rel=1e-5)
     assert more[0] == pytest.approx(-MU * more[1] if tangential == SLIP else 0.0, rel=1e-9)
-    power = round_tip_kinematics.rate_power(q, SIDEWAYS, 0, contact, tip)
+    power = tip_damping.rate_power(q, SIDEWAYS, 0, contact, tip)
     if tangential == STICK:
         assert power == pytest.approx(tip.radiation * (k * SIDEWAYS[1]) ** 2, rel=1e-5)
     assert power > 0.0
-    still = round_tip_kinematics.tip_force(q, np.zeros(4), 0, contact, tip)
+    still = tip_damping.tip_force(q, np.zeros(4), 0, contact, tip)
     assert still == pytest.approx(springs(q), rel=1e-12)
 
 
@@ -67,9 +67,9 @@ def test_the_same_force_at_the_same_rate_radiates_as_much_in_restitution() -> No
     pushed = round_tip_law.contact_force(0.0, -DEEP, TOUCH, tip)[1]
     back = TOUCH._replace(normal_mode=RESTITUTION, force_ref=pushed, gap_ref=-DEEP)
     up, start = np.array([0.0, 0.8, 0.0, 0.0]), at(0.0, DEEP)
-    loading = round_tip_kinematics.tip_force(start, up, 0, TOUCH, tip)[1]
+    loading = tip_damping.tip_force(start, up, 0, TOUCH, tip)[1]
     assert loading < pushed
-    assert round_tip_kinematics.tip_force(start, 0.16 * up, 0, back, tip)[1] == pytest.approx(
+    assert tip_damping.tip_force(start, 0.16 * up, 0, back, tip)[1] == pytest.approx(
         loading, rel=1e-12
     )
 
@@ -77,8 +77,8 @@ def test_the_same_force_at_the_same_rate_radiates_as_much_in_restitution() -> No
 def test_it_does_not_pull() -> None:
     tip, q = pressed(), at(1e-5, 0.5 * DEEP)
     fast = np.array([0.0, 1e4, 0.0, 0.0])
-    assert round_tip_kinematics.tip_force(q, fast, 0, TOUCH, tip)[1] == pytest.approx(0.0, abs=1e-9)
-    assert round_tip_kinematics.rate_power(q, fast, 0, TOUCH, tip) > 0.0
+    assert tip_damping.tip_force(q, fast, 0, TOUCH, tip)[1] == pytest.approx(0.0, abs=1e-9)
+    assert tip_damping.rate_power(q, fast, 0, TOUCH, tip) > 0.0
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.0])

@@ -7,9 +7,9 @@ import pytest
 from scipy.special import beta
 
 import hcm
-from hcm.contact import round_tip_kinematics, round_tip_law
+from hcm.contact import partial_slip, round_tip_law, tip_compliance, tip_damping
 from hcm.contact.law import RESTITUTION, SLIP, STICK
-from hcm.contact.round_tip_law import COMPLIANCE_XY
+from hcm.contact.round_tip import COMPLIANCE_XY
 from hcm.resolution import smooth_difference
 from tests.hcm.round_tips import BALL, NU, TOUCH, E, R, at, bounce, law, press, touched
 
@@ -39,9 +39,9 @@ def test_the_force_is_the_elastic_one_and_tau_times_its_rate(speed: float) -> No
 
     expected = elastic(0.0) + TAU * (elastic(step) - elastic(-step)) / (2 * step)
     v = np.array([0.0, speed, 0.0, 0.0])
-    found = round_tip_kinematics.tip_force(at(0.0, DEEP), v, 0, contact, tip)[1]
+    found = tip_damping.tip_force(at(0.0, DEEP), v, 0, contact, tip)[1]
     assert found == pytest.approx(expected, rel=1e-6)
-    power = round_tip_kinematics.rate_power(at(0.0, DEEP), v, 0, contact, tip)
+    power = tip_damping.rate_power(at(0.0, DEEP), v, 0, contact, tip)
     assert power == pytest.approx(-(expected - elastic(0.0)) * speed, rel=1e-6)
 
 
@@ -55,11 +55,11 @@ def test_both_forces_have_tau_times_their_rate(tangential: int) -> None:
     q, v, step = at(1.2e-6, 0.96 * DEEP), np.array([0.05, -0.3, 0.0, 0.0]), 1e-9
 
     def elastic(time: float) -> np.ndarray:
-        place = round_tip_kinematics.contact_position(q + v * time, 0, contact, tip)
+        place = tip_compliance.contact_position(q + v * time, 0, contact, tip)
         return np.array(round_tip_law.contact_force(*place, contact, tip))
 
     expected = elastic(0.0) + TAU * (elastic(step) - elastic(-step)) / (2 * step)
-    found = round_tip_kinematics.tip_force(q, v, 0, contact, tip)
+    found = tip_damping.tip_force(q, v, 0, contact, tip)
     assert found == pytest.approx(expected, rel=1e-5)
 
 
@@ -70,15 +70,15 @@ def test_a_step_that_is_accepted_leaves_the_force_as_it_is() -> None:
     tip = touched(law(mu=0.8)._replace(relaxation=TAU))
     press(tip, TOUCH, at(0.0, DEEP))
     q, v = at(1e-4, 1.05 * DEEP), np.array([0.4, -0.3, 0.0, 0.0])
-    before = round_tip_kinematics.tip_force(q, v, 0, TOUCH, tip)
-    power = round_tip_kinematics.rate_power(q, v, 0, TOUCH, tip)
+    before = tip_damping.tip_force(q, v, 0, TOUCH, tip)
+    power = tip_damping.rate_power(q, v, 0, TOUCH, tip)
     press(tip, TOUCH, q)
-    limits = [round_tip_law.slip_limit(i, 1.05 * DEEP, tip) for i in range(tip.springs.size)]
+    limits = [partial_slip.slip_limit(i, 1.05 * DEEP, tip) for i in range(tip.springs.size)]
     slips = np.abs(tip.springs) > np.array(limits)
     touch = np.array(limits) > 0.0
     assert 0.1 < slips.sum() / touch.sum() < 0.9  # some stick, some slip
-    assert round_tip_kinematics.tip_force(q, v, 0, TOUCH, tip) == pytest.approx(before, rel=1e-8)
-    found = round_tip_kinematics.rate_power(q, v, 0, TOUCH, tip)
+    assert tip_damping.tip_force(q, v, 0, TOUCH, tip) == pytest.approx(before, rel=1e-8)
+    found = tip_damping.rate_power(q, v, 0, TOUCH, tip)
     assert found == pytest.approx(power, rel=1e-8)
 
 
@@ -100,7 +100,7 @@ def test_the_material_is_strained_as_fast_in_restitution() -> None:
     tip = touched(law(mu=0.0)._replace(relaxation=TAU, restitution=0.2))
     v = np.array([0.0, 0.3, 0.0, 0.0])
     forces = [
-        round_tip_kinematics.tip_force(at(0.0, DEEP), v, 0, contact, tip)[1]
+        tip_damping.tip_force(at(0.0, DEEP), v, 0, contact, tip)[1]
         for contact in (
             TOUCH._replace(tangential_mode=SLIP, slip_sign=1.0),
             TOUCH._replace(

@@ -14,11 +14,11 @@ import hcm
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
-from hcm.contact import round_tip_kinematics, round_tip_law
+from hcm.contact import round_tip_kinematics, round_tip_law, tip_compliance
 from hcm.contact.build import SPRINGS, law_of
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, event_values, transition
 from hcm.contact.law import IN_FLIGHT, RESTITUTION, SLIP, STICK
-from hcm.contact.round_tip_law import COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY, RoundTipLaw
+from hcm.contact.round_tip import COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY, RoundTipLaw
 from tests.hcm.round_tips import MU, NU, TOUCH, E, R, at, law, press, touched
 
 NORMAL_E = E / (1 - NU**2)
@@ -80,7 +80,7 @@ def test_springs_at_their_limits_hold_the_friction_of_a_slip(depth: float) -> No
     ft, fn = press(tip, TOUCH, at(2.0 * MU * ETA2 * depth, depth))
     assert ft == pytest.approx(-MU * fn, rel=1e-12, abs=0.0)
     slip = TOUCH._replace(tangential_mode=SLIP, slip_sign=1.0)
-    x, y = round_tip_kinematics.contact_position(at(0.0, depth), 0, slip, tip)
+    x, y = tip_compliance.contact_position(at(0.0, depth), 0, slip, tip)
     assert round_tip_law.contact_force(x, y, slip, tip)[0] == pytest.approx(ft, rel=1e-12, abs=0.0)
 
 
@@ -184,7 +184,7 @@ def test_tangents_are_the_forces_differences(
     _, force = press(tip, TOUCH, last)
     contact = TOUCH._replace(tangential_mode=tangential, slip_sign=float(tangential == SLIP))
     if tip.restitution < 1.0:
-        _, gap = round_tip_kinematics.contact_position(last, 0, TOUCH, tip)
+        _, gap = tip_compliance.contact_position(last, 0, TOUCH, tip)
         contact = contact._replace(normal_mode=RESTITUTION, gap_ref=gap, force_ref=force)
         round_tip_kinematics.begin_mode(last, 0, TOUCH, contact, tip)
     q, scale, w = at(0.5 * MU * ETA2 * DEEP, 0.92 * DEEP, angle), np.array([1, 1, 50, 50.0]), 7
@@ -222,7 +222,7 @@ def test_the_tip_yields_by_its_compliance(
     """
     tip = touched(law(**switches))
     q = at(0.3 * MU * ETA2 * DEEP, DEEP)
-    x, gap = round_tip_kinematics.contact_position(q, 0, TOUCH, tip)
+    x, gap = tip_compliance.contact_position(q, 0, TOUCH, tip)
     ft, fn = round_tip_law.contact_force(x, gap, TOUCH, tip)
     nn, nt, e, tt = np.array([*normal(np.sin(0.7)), 1.34]) / (E * R)
     sheared = e * ft**2 / fn
@@ -230,7 +230,7 @@ def test_the_tip_yields_by_its_compliance(
     assert DEEP - (fn / K) ** (2 / 3) == pytest.approx(nn * fn - nt * ft + sheared, rel=1e-9)
     assert gap + DEEP == pytest.approx(-nt * ft + sheared, rel=1e-9)
     other, mirror = touched(law(**switches), -np.pi + 0.7), np.array([-1, 1, -1, 1])
-    x2, gap2 = round_tip_kinematics.contact_position(q * mirror, 0, TOUCH, other)
+    x2, gap2 = tip_compliance.contact_position(q * mirror, 0, TOUCH, other)
     assert (x2, gap2) == pytest.approx((-x, gap), rel=1e-12)
     forces = np.zeros((2, 4))
     round_tip_kinematics.subtract_force(q, STILL, 0, TOUCH, tip, forces[0])
@@ -258,7 +258,7 @@ def test_a_sliding_tip_holds_where_restitution_outweighs_its_compliance(
     press(tip, before, q)
     reversed_ = before._replace(normal_mode=RESTITUTION, gap_ref=y, force_ref=force)
     round_tip_kinematics.begin_mode(q, 0, before, reversed_, tip)
-    _, gap = round_tip_kinematics.contact_position(q, 0, reversed_, tip)
+    _, gap = tip_compliance.contact_position(q, 0, reversed_, tip)
     if direction < 0.0 and more < 0.0:
         assert np.isnan(gap)
     else:
@@ -284,7 +284,7 @@ def test_a_tip_that_leaves_finds_its_springs() -> None:
     for depth in 10 ** rng.uniform(-13, -7, 300):
         leaving = back._replace(gap_ref=-DEEP * (1 - 0.05 * rng.random()))
         press(tip, leaving, at(1e-4, depth))
-        place = round_tip_kinematics.contact_position(at(1e-4, 0.9 * depth), 0, leaving, tip)
+        place = tip_compliance.contact_position(at(1e-4, 0.9 * depth), 0, leaving, tip)
         assert np.isfinite(place).all()
 
 
@@ -293,7 +293,7 @@ def test_forces_act_at_the_surface_under_the_centre() -> None:
     tip, turned = touched(law()), 1e-3
     press(tip, TOUCH, at(0.0, DEEP))
     q, out = at(0.0, DEEP, -0.7 + turned), np.zeros(4)
-    along, _ = round_tip_kinematics.tip_path(q, 0, tip)
+    along, _ = tip_compliance.tip_path(q, 0, tip)
     assert along == pytest.approx(-R * turned, rel=1e-9)
     round_tip_kinematics.subtract_force(q, STILL, 0, TOUCH, tip, out)
     assert q[2] * out[3] - q[3] * out[2] == pytest.approx(out[0] * R, rel=1e-12)
@@ -322,11 +322,11 @@ def throw(
         q = np.array(
             [q[0] + step * half[0], q[1] + step * half[1], -np.cos(turned), -np.sin(turned)]
         )
-        x, gap = round_tip_kinematics.contact_position(q, 0, contact, tip)
+        x, gap = tip_compliance.contact_position(q, 0, contact, tip)
         ft, fn = round_tip_law.contact_force(x, gap, contact, tip)
         force = np.array([ft / mass, fn / mass, ft * R / inertia])
         v, time = half + 0.5 * step * force, time + step
-        along, up = round_tip_kinematics.contact_velocity(q, rates(q, v), 0, contact, tip)
+        along, up = tip_compliance.contact_velocity(q, rates(q, v), 0, contact, tip)
         values = event_values(x, gap, along, up, contact, tip)
         round_tip_kinematics.commit_history(q, 0, contact, tip)
         if values[SEPARATION] < 0:

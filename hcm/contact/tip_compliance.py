@@ -1,0 +1,154 @@
+"""Where a round tip's springs are: the lowest point of a sphere, and the tip's own compliance.
+
+The beam ends at the sphere's centre C, whose slope r' turns with the rigid end piece. With
+g = Y_C + H - R and the angle psi of r', the lowest point moves with X = X_C + R psi; psi is added
+up over the accepted steps. Between it and the contact's springs lies the tip's own compliance,
+
+    (X, u_Y)_springs = (X, g + e F_t^2/F_n) + C F(springs),
+    C = [[c_tt, -s c_nt], [-s c_nt, 0]],
+
+s = 1 for a phalanx that points along -X (`sheared_way` has e in restitution and for large F_t/F_n).
+C is fixed at the touch, by the phalanx's angle there; its c_nn belongs to the normal law
+(`round_tip_law`). Newton's method finds the springs' (X, u_Y), so that the forces on the beams are
+functions of (X, g).
+"""
+
+import math
+
+from hcm.arrays import Floats
+from hcm.beam.joint_torque import turn_rate, turned_angle
+from hcm.compiled import kernel
+from hcm.contact.law import FLIGHT, ContactState
+from hcm.contact.patch_shear import sheared_way
+from hcm.contact.round_tip import (
+    COMPLIANCE_XX,
+    COMPLIANCE_XY,
+    CONTACT_X,
+    NORMAL_FORCE,
+    SLOPE_X,
+    SLOPE_Y,
+    TANGENTIAL_FORCE,
+    TIP_X,
+    RoundTipLaw,
+)
+from hcm.contact.round_tip_law import ITERATIONS, force_and_slopes
+
+# Newton's last change of the springs' position, over the lengths of which it is a difference; the
+# convergence is quadratic except where springs begin to slip.
+POSITION_TOLERANCE = 1e-13
+
+
+@kernel
+def ball_radius(law: RoundTipLaw) -> float:
+    """R where the ball's lowest point touches, else 0, m: the lever arm of F_t about C, and the
+    axis' length beyond C.
+    """
+    return law.radius if law.lowest else 0.0
+
+
+@kernel
+def tip_path(q: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
+    """(X, g) at q, m."""
+    gap = q[tip + 1] + law.height
+    turned = turned_angle(law.memory[SLOPE_X], law.memory[SLOPE_Y], q[tip + 2], q[tip + 3])
+    moved = q[tip] - law.memory[TIP_X] + ball_radius(law) * turned
+    return law.memory[CONTACT_X] + moved, gap
+
+
+@kernel
+def path_rate(q: Floats, v: Floats, tip: int, law: RoundTipLaw) -> tuple[float, float]:
+    """Rates of `tip_path` at velocities v, m/s."""
+    turning = turn_rate(q[tip + 2], q[tip + 3], v[tip + 2], v[tip + 3])
+    return v[tip] + ball_radius(law) * turning, v[tip + 1]
+
+
+@kernel
+def yielded(
+    along: float, gap: float, ft: float, fn: float, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
+    """The springs' (X, u_Y), m, of a tip at (along, gap) on which these forces act."""
+    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
+    way, _, _ = sheared_way(ft, fn, contact, law)
+    return along + cxx * ft + cxn * fn, gap + cxn * ft + way
+
+
+@kernel
+def yielding(
+    forces: tuple[float, float, float, float, float], contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float, float, float, float]:
+    """a, b, c, d of 1 - C t = [[a, b], [c, d]] and its determinant; t : the springs' slopes [[tx,
+    ty], [0, ny]], C with the derivatives of `sheared_way`, at `forces` of `force_and_slopes`.
+    """
+    ft, fn, tx, ty, ny = forces
+    cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
+    _, by_ft, by_fn = sheared_way(ft, fn, contact, law)
+    cnx = cxn + by_ft
+    a, b, c, d = 1.0 - cxx * tx, -cxx * ty - cxn * ny, -cnx * tx, 1.0 - cnx * ty - by_fn * ny
+    return a, b, c, d, a * d - b * c
+
+
+@kernel
+def spring_position(
+    along: float, gap: float, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
+    """The springs' (X, u_Y), m, NaN if not found.
+
+    If the determinant of 1 - C dF/d(X, u_Y) is not positive (NaN too), the tip gives way faster
+    than the springs take load, and the forces at (X, g) are not those that grew from the touch.
+    """
+    x, y = yielded(along, gap, law.memory[TANGENTIAL_FORCE], law.memory[NORMAL_FORCE], contact, law)
+    for _ in range(ITERATIONS):
+        forces = force_and_slopes(x, y, contact, law)
+        x1, y1 = yielded(along, gap, forces[0], forces[1], contact, law)
+        rx, ry = x1 - x, y1 - y
+        a, b, c, d, det = yielding(forces, contact, law)
+        dx, dy = (d * rx - b * ry) / det, (a * ry - c * rx) / det
+        x, y = x + dx, y + dy
+        # the springs' depth is a difference from that of the last reversal
+        way = abs(gap) + abs(contact.gap_ref) + abs(along - law.memory[CONTACT_X])
+        if abs(dx) + abs(dy) <= POSITION_TOLERANCE * (way + POSITION_TOLERANCE * law.radius):
+            if det > 0.0:
+                return x, y
+            break
+    return math.nan, math.nan
+
+
+@kernel
+def contact_position(
+    q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
+    """The springs' (X, u_Y), m; X is zero in flight."""
+    if contact.normal_mode == FLIGHT:
+        return 0.0, q[tip + 1] + law.height
+    along, gap = tip_path(q, tip, law)
+    return spring_position(along, gap, contact, law)
+
+
+@kernel
+def contact_velocity(
+    q: Floats, v: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float]:
+    """The springs' velocity, m/s; with accelerations for v, their acceleration without products of
+    velocities.
+    """
+    vt, vn = path_rate(q, v, tip, law)
+    if contact.normal_mode == FLIGHT:
+        return vt, vn
+    x, y = contact_position(q, tip, contact, law)
+    a, b, c, d, det = yielding(force_and_slopes(x, y, contact, law), contact, law)
+    return (d * vt - b * vn) / det, (a * vn - c * vt) / det
+
+
+@kernel
+def tip_slopes(
+    strain: float, q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float, float, float, float]:
+    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m), t diag(1, strain)
+    (1 - C t)^-1; strain : factor of the springs' dF/du_Y, 1 but for `strain_share`.
+    """
+    x, y = contact_position(q, tip, contact, law)
+    forces = force_and_slopes(x, y, contact, law)
+    a, b, c, d, det = yielding(forces, contact, law)
+    ft, _, tx, ty, ny = forces
+    ty, ny = strain * ty, strain * ny
+    return ft, (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det

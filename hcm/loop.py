@@ -20,7 +20,7 @@ from hcm.contact.contract import (
     unrecovered_energy,
 )
 from hcm.contact.events import LIFT_OFF, TOUCH, transition
-from hcm.contact.law import FLIGHT, FREE, STICK, ContactState
+from hcm.contact.law import FLIGHT, FREE, STICK, ContactState, without_history
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
 from hcm.integrators.stage_rows import friction_of_step, rows_of_step, write_between
@@ -142,8 +142,6 @@ def advance(
             contact, kind = transition(slot, x, gap, vt, vn, contact, law)
             begin_mode(old.q, tip, before, contact, law)
             if math.isnan(contact_position(old.q, tip, contact, law)[1]):
-                if contact.normal_mode != before.normal_mode:  # the last row is the mode's before
-                    begin_mode(old.q, tip, contact, before, law)
                 code, contact, kind = LOSES_HOLD, before, NO_EVENT
         if kind != NO_EVENT:
             events.time[n_events], events.kind[n_events] = totals.time, kind
@@ -157,9 +155,9 @@ def advance(
                 taps += 1
                 material_loss += unrecovered_energy(x, gap, before, law)
                 _, lowest = contact_position(old.q, tip, contact, law)
-                contact = ContactState(FLIGHT, FREE, 0.0, 0.0, min(contact.gap_ref, lowest), x)
+                contact = without_history(FLIGHT, FREE, 0.0, min(contact.gap_ref, lowest), x)
         elif code == RUNNING and contact.normal_mode == FLIGHT and contact.gap_ref < 0.0 < gap:
-            contact = ContactState(FLIGHT, contact.tangential_mode, 0.0, 0.0, 0.0, x)
+            contact = without_history(FLIGHT, contact.tangential_mode, 0.0, 0.0, x)
         totals = RunTotals(
             time=totals.time, phase_start=phase_start, step=next_step, taps=taps, instant=instant,
             rejected=totals.rejected + repeats, trials=totals.trials + trials,

@@ -144,7 +144,7 @@ def advance_totals(
         rejected=totals.rejected,
         trials=totals.trials,
         chatter_steps=totals.chatter_steps,
-        friction_loss=friction + shear_work(force, contact, law),
+        friction_loss=friction + shear_work(new.q, tip, force, contact, law),
         restitution_loss=totals.restitution_loss + hysteresis_loss(y0, y1, contact, law),
         material_loss=totals.material_loss + material_loss,
         drive_work=totals.drive_work + work,

@@ -9,8 +9,8 @@ on v, and it has nothing to commit.
 from hcm.compiled import by_type
 from hcm.contact import (
     law,
-    patch_shear,
     point,
+    round_tip,
     round_tip_kinematics,
     round_tip_law,
     tip_compliance,
@@ -31,7 +31,9 @@ margin_rates = by_type(RoundTipLaw, round_tip_law.margin_rates, law.margin_rates
 friction_loss = by_type(RoundTipLaw, round_tip_law.friction_loss, law.friction_loss)
 stored_energy = by_type(RoundTipLaw, round_tip_law.stored_energy, law.stored_energy)
 hysteresis_loss = by_type(RoundTipLaw, round_tip_law.hysteresis_loss, law.hysteresis_loss)
-shear_work = by_type(RoundTipLaw, patch_shear.shear_work, 0.0)
+shear_history = by_type(RoundTipLaw, tip_compliance.shear_history, (0.0, 0.0))
+shear_work = by_type(RoundTipLaw, tip_compliance.shear_work, 0.0)
+strain_share = by_type(RoundTipLaw, round_tip.strain_share, 1.0)
 contact_position = by_type(RoundTipLaw, tip_compliance.contact_position, point.contact_position)
 contact_velocity = by_type(RoundTipLaw, tip_compliance.contact_velocity, point.contact_velocity)
 axis_end = by_type(RoundTipLaw, round_tip_kinematics.axis_end, point.axis_end)

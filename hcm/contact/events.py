@@ -23,7 +23,9 @@ from hcm.contact.contract import (
     margins,
     particle_position,
     particle_velocity,
+    shear_history,
     sticks_first,
+    strain_share,
 )
 from hcm.contact.law import (
     COMPRESSION,
@@ -34,6 +36,7 @@ from hcm.contact.law import (
     STICK,
     ContactState,
     has_tangential_element,
+    without_history,
 )
 
 NORMAL, SEPARATION, TANGENTIAL = 0, 1, 2
@@ -90,22 +93,25 @@ def transition(
         # the branch starts where the tip is: a repeated step ends on the surface to Newton's
         # tolerance only, and F_n would start with k times that difference
         if not has_tangential_element(law):
-            return ContactState(COMPRESSION, FREE, 0.0, 0.0, gap, x), TOUCH
+            return without_history(COMPRESSION, FREE, 0.0, gap, x), TOUCH
         if sticks_first(vt, vn, law):
-            return ContactState(COMPRESSION, STICK, 0.0, 0.0, gap, x), TOUCH
+            return without_history(COMPRESSION, STICK, 0.0, gap, x), TOUCH
         sign = math.copysign(1.0, vt)
-        return ContactState(COMPRESSION, SLIP, sign, 0.0, gap, x), TOUCH
-    _, fn = contact_force(x, gap, contact, law)
+        return without_history(COMPRESSION, SLIP, sign, gap, x), TOUCH
     if slot == SEPARATION:
-        return ContactState(FLIGHT, FREE, 0.0, 0.0, min(gap, 0.0), x), LIFT_OFF
-    if slot == NORMAL:
-        mode, sign, particle = contact.tangential_mode, contact.slip_sign, contact.particle
-        if contact.normal_mode == COMPRESSION:
-            return ContactState(RESTITUTION, mode, sign, fn, gap, particle), TO_RESTITUTION
-        return ContactState(COMPRESSION, mode, sign, fn, gap, particle), TO_COMPRESSION
+        return without_history(FLIGHT, FREE, 0.0, min(gap, 0.0), x), LIFT_OFF
+    _, fn = contact_force(x, gap, contact, law)
     normal, force, begun = contact.normal_mode, contact.force_ref, contact.gap_ref
-    if contact.tangential_mode == STICK:
-        sign = math.copysign(1.0, x - contact.particle)
-        return ContactState(normal, SLIP, sign, force, begun, x), TO_SLIP
-    particle = particle_position(x, gap, contact, law)
-    return ContactState(normal, STICK, 0.0, force, begun, particle), TO_STICK
+    mode, sign, particle = contact.tangential_mode, contact.slip_sign, contact.particle
+    share = contact.stick_share
+    if slot == NORMAL and normal == COMPRESSION:
+        kind, normal, force, begun = TO_RESTITUTION, RESTITUTION, fn, gap
+    elif slot == NORMAL:
+        kind, normal, force, begun = TO_COMPRESSION, COMPRESSION, fn, gap
+    elif mode == STICK:
+        kind, mode, sign, particle = TO_SLIP, SLIP, math.copysign(1.0, x - particle), x
+    else:
+        kind, mode, sign, particle = TO_STICK, STICK, 0.0, particle_position(x, gap, contact, law)
+        share = strain_share(contact, law)
+    way, hold = shear_history(normal, mode, x, gap, contact, law)
+    return ContactState(normal, mode, sign, force, begun, particle, way, hold, share), kind

@@ -32,7 +32,8 @@ class ContactState(NamedTuple):
     element), STICK or SLIP. slip_sign : s. force_ref, gap_ref : F_ref (N) and u_ref (m) of the
     branch; in flight gap_ref is where contact begins: zero, or the residual deformation that an
     unloaded e* < 1 loop left, until the tip has risen above the surface. particle : X_P in stick,
-    m.
+    m. Of a round tip alone, for a mode that continues another's: shear_ref, the constant, m, and
+    shear_hold, h, of `patch_shear`; stick_share, the factor of dF/dX in `tip_damping`.
     """
 
     normal_mode: int
@@ -41,10 +42,23 @@ class ContactState(NamedTuple):
     force_ref: float
     gap_ref: float
     particle: float
+    shear_ref: float = 0.0
+    shear_hold: float = 0.0
+    stick_share: float = 1.0
 
 
 # Before the first touch, wherever the tip is.
 IN_FLIGHT = ContactState(FLIGHT, FREE, 0.0, 0.0, 0.0, 0.0)
+
+
+@kernel
+def without_history(
+    normal_mode: int, tangential_mode: int, slip_sign: float, gap_ref: float, particle: float
+) -> ContactState:
+    """A mode that continues no other's forces; compiled code knows no default values."""
+    return ContactState(
+        normal_mode, tangential_mode, slip_sign, 0.0, gap_ref, particle, 0.0, 0.0, 1.0
+    )
 
 
 class ContactLaw(NamedTuple):

@@ -83,15 +83,20 @@ def spring_sums(moved: float, d: float, law: RoundTipLaw) -> tuple[float, float,
 @kernel
 def springs_loss(moved: float, d0: float, d1: float, law: RoundTipLaw) -> float:
     """What springs that slip dissipate while d changes from d0, of the last accepted step, to d1,
-    J; moved : as in `spring_displacement`.
+    J; moved : as in `spring_displacement`. A spring slips from where |u_i|, which changes evenly,
+    meets its limit, which does as well.
     """
     lost, reach, held = 0.0, 0.0, 0.0
     for i in range(law.springs.size):
         if law.depth[i] >= max(d0, d1):
             break
         before, limit = slip_limit(i, d0, law), slip_limit(i, d1, law)
-        excess = abs(spring_displacement(i, moved, d1, law)[0]) - limit
-        lost += law.width[i] * (before + limit) * max(excess, 0.0)
+        u, _ = spring_displacement(i, moved, d1, law)
+        excess = abs(u) - limit
+        if excess > 0.0:
+            free = max(before - math.copysign(law.springs[i], u * law.springs[i]), 0.0)
+            begun = before + free / (excess + free) * (limit - before)
+            lost += law.width[i] * (begun + limit) * excess
         reach += law.width[i]
         held += law.width[i] * max(d1 - law.depth[i], 0.0)
     return law.effective_shear_modulus * evening(reach, held, d1, law)[0] * lost

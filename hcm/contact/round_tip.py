@@ -9,8 +9,8 @@ from hcm.contact.law import RESTITUTION, ContactState
 # Places of the law's memory.
 TIP_X, GAP, SLOPE_X, SLOPE_Y, CONTACT_X, SPRING_X = range(6)
 COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY = range(6, 9)
-TANGENTIAL_FORCE, NORMAL_FORCE, INDENTATION, SHEARED = range(9, 13)
-MEMORY = 13
+TANGENTIAL_FORCE, NORMAL_FORCE, INDENTATION = range(9, 12)
+MEMORY = 12
 
 
 class RoundTipLaw(NamedTuple):
@@ -24,7 +24,7 @@ class RoundTipLaw(NamedTuple):
     radiation, relaxation : D, m s/N, and tau, s, of `tip_damping`.
     springs, depth, width : (N,) u_i, x_i^2/R and dx_i, m; empty without partial slip.
     memory : (MEMORY,) of the last accepted step: X_C, g, r' of the tip, X; X of the springs; C_XX,
-        C_XY, C_YY, of the touch; the springs' F_t and F_n; d; the constant part of `sheared_way`.
+        C_XY, C_YY, of the touch; the springs' F_t and F_n; d.
     """
 
     k: float

@@ -18,7 +18,6 @@ from hcm.beam.joint_torque import torque_force, torque_tangent
 from hcm.compiled import kernel
 from hcm.contact.law import FLIGHT, SLIP, STICK, ContactState
 from hcm.contact.partial_slip import slip_limit, spring_displacement
-from hcm.contact.patch_shear import sheared_way
 from hcm.contact.round_tip import (
     COMPLIANCE_XX,
     COMPLIANCE_XY,
@@ -27,7 +26,6 @@ from hcm.contact.round_tip import (
     GAP,
     INDENTATION,
     NORMAL_FORCE,
-    SHEARED,
     SLOPE_X,
     SLOPE_Y,
     SPRING_X,
@@ -74,7 +72,7 @@ def add_tangent(
     if contact.normal_mode == FLIGHT:
         return 0.0
     w, unit = HALF_BANDWIDTH, scale[tip + 2]
-    ft, tx, _, nx, ng = tip_slopes(1.0, q, tip, contact, law)
+    ft, tx, _, nx, ng = tip_slopes(1.0, 1.0, q, tip, contact, law)
     h = ball_radius(law)
     px, py = torque_force(h, q[tip + 2], q[tip + 3])
     bx, by = unit * px, unit * py
@@ -98,7 +96,7 @@ def fill_column(
     q: Floats, tip: int, scale: Floats, contact: ContactState, law: RoundTipLaw, column: Floats
 ) -> None:
     """Write c = (dF_t/dg - dF_n/dX) (e_X + R grad psi) of the unsymmetric part s c e_Y^T."""
-    _, _, tg, nx, _ = tip_slopes(1.0, q, tip, contact, law)
+    _, _, tg, nx, _ = tip_slopes(1.0, 1.0, q, tip, contact, law)
     turning = (tg - nx) * ball_radius(law)
     px, py = torque_force(turning * scale[tip + 2], q[tip + 2], q[tip + 3])
     column[tip], column[tip + 2], column[tip + 3] = tg - nx, px, py
@@ -154,10 +152,6 @@ def begin_mode(
         memory[COMPLIANCE_YY] = law.compliance[0] + law.compliance[3] * steep * steep
         law.springs[:] = 0.0
         return
-    if before.normal_mode != contact.normal_mode:
-        ft, fn = memory[TANGENTIAL_FORCE], memory[NORMAL_FORCE]
-        way = sheared_way(ft, fn, before, law)[0]
-        memory[SHEARED] += way - sheared_way(ft, fn, contact, law)[0]
     if before.tangential_mode == SLIP and contact.tangential_mode == STICK:
         _, gap = spring_position(memory[CONTACT_X], memory[GAP], before, law)
         d, _ = indentation(gap, before, law)

@@ -18,8 +18,13 @@ import math
 from hcm.arrays import Floats
 from hcm.beam.joint_torque import turn_rate, turned_angle
 from hcm.compiled import kernel
-from hcm.contact.law import FLIGHT, ContactState
-from hcm.contact.patch_shear import sheared_way
+from hcm.contact.law import (
+    FLIGHT,
+    STICK,
+    ContactState,
+    without_history,
+)
+from hcm.contact.patch_shear import shear_share, sheared_way
 from hcm.contact.round_tip import (
     COMPLIANCE_XX,
     COMPLIANCE_XY,
@@ -30,6 +35,7 @@ from hcm.contact.round_tip import (
     TANGENTIAL_FORCE,
     TIP_X,
     RoundTipLaw,
+    strain_share,
 )
 from hcm.contact.round_tip_law import ITERATIONS, force_and_slopes
 
@@ -68,7 +74,7 @@ def yielded(
 ) -> tuple[float, float]:
     """The springs' (X, u_Y), m, of a tip at (along, gap) on which these forces act."""
     cxx, cxn = law.memory[COMPLIANCE_XX], law.memory[COMPLIANCE_XY]
-    way, _, _ = sheared_way(ft, fn, contact, law)
+    way = sheared_way(ft, fn, contact, law)[0] + contact.shear_hold * (along - contact.particle)
     return along + cxx * ft + cxn * fn, gap + cxn * ft + way
 
 
@@ -136,19 +142,66 @@ def contact_velocity(
         return vt, vn
     x, y = contact_position(q, tip, contact, law)
     a, b, c, d, det = yielding(force_and_slopes(x, y, contact, law), contact, law)
+    vn += contact.shear_hold * vt
     return (d * vt - b * vn) / det, (a * vn - c * vt) / det
 
 
 @kernel
+def shear_history(
+    normal_mode: int, tangential_mode: int, x: float, gap: float, contact: ContactState,
+    law: RoundTipLaw,
+) -> tuple[float, float]:  # fmt: skip
+    """(shear_ref, shear_hold), m and -, of the mode that follows `contact` at the springs' (X, u_Y)
+    of the last accepted step: u_Y is continuous, and its rate as a tip that sticks turns back.
+    """
+    ft, fn, tx, _, _ = force_and_slopes(x, gap, contact, law)
+    after, hold = without_history(normal_mode, tangential_mode, 0.0, 0.0, 0.0), 0.0
+    if normal_mode != contact.normal_mode and tangential_mode == STICK and fn > 0.0:
+        change = strain_share(contact, law) - strain_share(after, law)
+        slope = tx / (1.0 - law.memory[COMPLIANCE_XX] * tx)
+        hold = contact.shear_hold + change * law.softening * shear_share(ft / fn)[1] * slope
+    moved = law.memory[CONTACT_X] - contact.particle
+    way = sheared_way(ft, fn, contact, law)[0] + contact.shear_hold * moved
+    return way - sheared_way(ft, fn, after, law)[0] - hold * moved, hold
+
+
+@kernel
+def shear_work(
+    q: Floats, tip: int, after: tuple[float, float], contact: ContactState, law: RoundTipLaw
+) -> float:
+    """Work of F_n on `sheared_way` and h X that is not stored, from the last accepted step to q and
+    the springs' forces `after`, J, by the trapezoid rule.
+
+    int F_n d(e p F_n) = e p F_n^2/2 + e/2 int F_n^2 dp, whose last term is zero while the patch
+    slides and of either sign while it sticks, as h int F_n dX is. e*^2 e p F_n^2/2 is stored: in
+    compression the rest of it is lost.
+    """
+    ft, fn = law.memory[TANGENTIAL_FORCE], law.memory[NORMAL_FORCE]
+    if not after[1] > 0.0:
+        return 0.0
+    p = shear_share(after[0] / after[1])[0]
+    p0 = shear_share(ft / fn)[0] if fn > 0.0 else p
+    half, share = 0.5 * law.softening, strain_share(contact, law)
+    turned = 0.5 * half * (fn * fn + after[1] ** 2) * (p - p0)
+    stored = half * (p * after[1] ** 2 - p0 * fn * fn)
+    moved = tip_path(q, tip, law)[0] - law.memory[CONTACT_X]
+    held = 0.5 * contact.shear_hold * (fn + after[1]) * moved
+    return share * turned + held + (share - law.restitution**2) * stored
+
+
+@kernel
 def tip_slopes(
-    strain: float, q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+    stick: float, strain: float, q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float, float, float, float]:
-    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m), t diag(1, strain)
-    (1 - C t)^-1; strain : factor of the springs' dF/du_Y, 1 but for `strain_share`.
+    """F_t (N), and dF_t/dX, dF_t/dg, dF_n/dX, dF_n/dg of the tip (N/m), t diag(stick, strain)
+    (1 - C t)^-1 [[1, 0], [h, 1]], h of `patch_shear`; stick, strain : factors of the springs' dF/dX
+    and dF/du_Y, 1 but in `tip_damping`.
     """
     x, y = contact_position(q, tip, contact, law)
     forces = force_and_slopes(x, y, contact, law)
     a, b, c, d, det = yielding(forces, contact, law)
     ft, _, tx, ty, ny = forces
-    ty, ny = strain * ty, strain * ny
-    return ft, (tx * d - ty * c) / det, (ty * a - tx * b) / det, -ny * c / det, ny * a / det
+    tx, ty, ny = stick * tx, strain * ty, strain * ny
+    tg, ng = (ty * a - tx * b) / det, ny * a / det
+    hold = contact.shear_hold
+    return ft, (tx * d - ty * c) / det + hold * tg, tg, -ny * c / det + hold * ng, ng

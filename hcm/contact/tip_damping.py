@@ -16,7 +16,10 @@ and Poeschel 1996, eq. 17), Mindlin's, and what the tip's own compliance takes:
     F += tau dF/dt,      dF/dt = dF/d(X, g) (X., g.) = dF/d(X, u_Y) (X., u_Y.) of the springs.
 
 In restitution d falls at the rate u_Y./e*^2, but the material is strained at the rate u_Y.: dF/du_Y
-is taken times e*^2 there (`strain_share`), which leaves no jump at the reversal. The tip leaves
+is taken times e*^2 there (`strain_share`), which leaves no jump at the reversal. The limits of
+springs that slip follow d. Where they begin to stick in restitution dF/dX is therefore taken times
+e*^2 too (`stick_share`): without it F_t would fall below its limit with a jump, upon which the tip
+is faster and the springs slip again. The tip leaves
 where the whole F_n vanishes; what its springs still hold then is lost as the surface relaxes
 (`unrecovered_energy`).
 """
@@ -42,6 +45,14 @@ def has_rate_force(law: RoundTipLaw) -> bool:
 
 
 @kernel
+def strained_slopes(
+    q: Floats, tip: int, contact: ContactState, law: RoundTipLaw
+) -> tuple[float, float, float, float, float]:
+    """`tip_slopes` of the material's strain."""
+    return tip_slopes(contact.stick_share, strain_share(contact, law), q, tip, contact, law)
+
+
+@kernel
 def radiation_damping(gap: float, contact: ContactState, law: RoundTipLaw) -> float:
     """D k^2, N s/m, where the springs are at u_Y = gap."""
     k = normal_slope(gap, contact, law)
@@ -60,7 +71,7 @@ def rate_force(
         return 0.0, 0.0
     more, along = -radiation_damping(gap, contact, law) * v[tip + 1], 0.0
     if law.relaxation > 0.0:
-        _, tx, tg, nx, ng = tip_slopes(strain_share(contact, law), q, tip, contact, law)
+        _, tx, tg, nx, ng = strained_slopes(q, tip, contact, law)
         vt, vn = path_rate(q, v, tip, law)
         more += law.relaxation * (nx * vt + ng * vn)
         along = law.relaxation * (tx * vt + tg * vn)
@@ -118,7 +129,7 @@ def add_rate(
     w, (_, y) = HALF_BANDWIDTH, contact_position(q, tip, contact, law)
     damping = radiation_damping(y, contact, law)
     if law.relaxation > 0.0:
-        _, tx, _, _, ng = tip_slopes(strain_share(contact, law), q, tip, contact, law)
+        _, tx, _, _, ng = strained_slopes(q, tip, contact, law)
         damping -= law.relaxation * ng
         rows[w + tip, w] -= weight * law.relaxation * tx
     rows[w + tip + 1, w] += weight * damping

@@ -274,3 +274,19 @@ def test_a_tap_that_sticks_twice_does_not_chatter(accuracy: float) -> None:
     events = hcm.simulate_within(accuracy, scene).events
     kinds = [event.kind for event in events if "stick" in event.kind]
     assert kinds == ["slip_to_stick", "stick_to_slip"] * 2
+
+
+def test_a_tap_that_sticks_as_it_turns_back_turns_once_a_peak() -> None:
+    """It turned 11 times at 1e-4 and 29 times at 1e-5, F_n with two values at one instant."""
+    last = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 8, poisson_ratio=0.4)
+    scene = hcm.Scene(
+        hcm.Finger((last,) * 4),
+        hcm.Surface(0.12, 0.7),
+        hcm.Tip(0.78e6, 0.5),
+        assumptions=Assumptions("refined"),
+    )
+    result = hcm.simulate_within(1e-4, scene)
+    assert result.summary.compression_to_restitution == 2
+    history = result.history
+    jumps = np.diff(history.normal_force_N)[np.diff(history.time_s) == 0.0]
+    assert np.abs(jumps).max(initial=0.0) < 1e-6 * history.normal_force_N.max()

@@ -142,6 +142,18 @@ def test_no_force_jumps_where_a_sticking_tip_turns_back() -> None:
     assert np.abs(np.diff(force[row - 1 : row + 3])).max() < 0.02 * force.max()
 
 
+def test_a_tip_that_begins_to_stick_in_restitution_goes_on_sticking() -> None:
+    """It slipped and stuck by turns, 3,098 times."""
+    rod = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 8, poisson_ratio=0.4, relaxation_time=3e-5)
+    scene = hcm.Scene(
+        hcm.Finger((rod,)), hcm.Surface(0.0345, 0.8), hcm.Tip(0.78e6, 0.84),
+        assumptions=hcm.Assumptions("refined"),
+    )  # fmt: skip
+    result = hcm.simulate_within(1e-3, scene)
+    assert result.status is hcm.Status.COMPLETED
+    assert (result.summary.slip_to_stick, result.summary.stick_to_slip) == (2, 1)
+
+
 @pytest.mark.parametrize("restitution", [1.0, 0.3])
 def test_it_leaves_where_the_whole_force_vanishes(restitution: float) -> None:
     """The margin to separation has the sign of the whole F_n, and its rate is its derivative."""

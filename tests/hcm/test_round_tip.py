@@ -17,7 +17,7 @@ from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.contact import round_tip_kinematics, round_tip_law, tip_compliance
 from hcm.contact.build import SPRINGS, law_of
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, event_values, transition
-from hcm.contact.law import IN_FLIGHT, RESTITUTION, SLIP, STICK
+from hcm.contact.law import COMPRESSION, IN_FLIGHT, RESTITUTION, SLIP, STICK
 from hcm.contact.round_tip import COMPLIANCE_XX, COMPLIANCE_XY, COMPLIANCE_YY, RoundTipLaw
 from tests.hcm.round_tips import MU, NU, TOUCH, E, R, at, law, press, touched
 
@@ -181,12 +181,11 @@ def test_tangents_are_the_forces_differences(
     tip = touched(law(**switches), angle)
     press(tip, TOUCH, at(0.0, DEEP, angle))
     last = at(0.4 * MU * ETA2 * DEEP, 0.9 * DEEP, angle)
-    _, force = press(tip, TOUCH, last)
+    press(tip, TOUCH, last)
     contact = TOUCH._replace(tangential_mode=tangential, slip_sign=float(tangential == SLIP))
     if tip.restitution < 1.0:
-        _, gap = tip_compliance.contact_position(last, 0, TOUCH, tip)
-        contact = contact._replace(normal_mode=RESTITUTION, gap_ref=gap, force_ref=force)
-        round_tip_kinematics.begin_mode(last, 0, TOUCH, contact, tip)
+        place = tip_compliance.contact_position(last, 0, contact, tip)
+        contact, _ = transition(NORMAL, *place, 0.0, 0.0, contact, tip)
     q, scale, w = at(0.5 * MU * ETA2 * DEEP, 0.92 * DEEP, angle), np.array([1, 1, 50, 50.0]), 7
     rows, column = np.zeros((w + 4, w + 1)), np.zeros(4)
     unsymmetric_factor = round_tip_kinematics.add_tangent(q, 1.0, 0, scale, contact, tip, rows)
@@ -256,13 +255,52 @@ def test_a_sliding_tip_holds_where_restitution_outweighs_its_compliance(
     before = TOUCH._replace(tangential_mode=SLIP, slip_sign=direction)
     q = at(0.0, -y + (MU * direction * nt + sheared) * force)
     press(tip, before, q)
-    reversed_ = before._replace(normal_mode=RESTITUTION, gap_ref=y, force_ref=force)
-    round_tip_kinematics.begin_mode(q, 0, before, reversed_, tip)
+    reversed_, _ = transition(NORMAL, 0.0, y, 0.0, 0.0, before, tip)
     _, gap = tip_compliance.contact_position(q, 0, reversed_, tip)
     if direction < 0.0 and more < 0.0:
         assert np.isnan(gap)
     else:
         assert gap == pytest.approx(y, rel=1e-9)
+
+
+@pytest.mark.parametrize("along", [-1.0, 1.0])
+def test_a_sticking_tip_that_turns_back_does_not_turn_again(along: float) -> None:
+    """Friction grows or falls: u_Y. vanishes after the reversal as before, and after the next."""
+    tip = touched(law(0.5, mu=50.0, **YIELDING))  # no spring slips
+    press(tip, TOUCH, at(0.0, DEEP))
+    q = at(0.5 * ETA2 * DEEP, DEEP)
+    press(tip, TOUCH, q)
+    place, contact = tip_compliance.contact_position(q, 0, TOUCH, tip), TOUCH
+
+    def rising(up: float) -> float:
+        v = np.array([along, up, 0.0, 0.0])
+        return tip_compliance.contact_velocity(q, v, 0, contact, tip)[1]
+
+    up = -rising(0.0) / (rising(1.0) - rising(0.0))
+    assert abs(up) > 0.01
+    for mode in (RESTITUTION, COMPRESSION):
+        contact, _ = transition(NORMAL, *place, 0.0, 0.0, contact, tip)
+        assert contact.normal_mode == mode
+        assert tip_compliance.contact_position(q, 0, contact, tip) == pytest.approx(place, rel=1e-9)
+        assert abs(rising(up)) < 1e-9
+
+
+def test_springs_that_slip_as_the_tip_leaves_dissipate_what_they_stored() -> None:
+    """In one step: each slips from where its limit has fallen to its displacement."""
+    tip = touched(law(mu=20.0))
+    press(tip, TOUCH, at(0.0, DEEP))
+    x = 2.0 * ETA2 * DEEP
+    press(tip, TOUCH, at(x, DEEP))
+
+    def stored(depth: float) -> float:
+        return round_tip_law.stored_energy(x, -depth, TOUCH, tip) - round_tip_law.normal_energy(
+            depth, tip
+        )
+
+    held, low = stored(DEEP), 0.05 * DEEP
+    lost = round_tip_law.friction_loss(0.0, x, -DEEP, x, -low, TOUCH, tip)
+    # the springs of the smaller patch are evened, by its own factor
+    assert lost + stored(low) == pytest.approx(held, rel=0.02)
 
 
 @pytest.mark.parametrize("c_nt", [0.3, -0.3, 0.0])

@@ -105,7 +105,7 @@ class Tip:
 
     normal_stiffness: Annotated[float, Bound("N/m", above=0)]
     """k, slope of the normal element while it is compressed."""
-    restitution: Annotated[float, Bound(above=0, at_most=1)] = 1.0
+    restitution: Annotated[float, Bound(at_least=1e-3, at_most=1)] = 1.0
     """e*, energetic coefficient; the slope of restitution is k/e*^2."""
     tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
     """eta^-2, tangential over normal stiffness; 0 transmits no tangential force."""

@@ -34,7 +34,7 @@ class LumpedContact:
 
     normal_stiffness: Annotated[float, Bound("N/m", above=0)]
     """k."""
-    restitution: Annotated[float, Bound(above=0, at_most=1)] = 1.0
+    restitution: Annotated[float, Bound(at_least=1e-3, at_most=1)] = 1.0
     """e*, energetic coefficient."""
     tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
     """η⁻², tangential over normal stiffness; 0 transmits no tangential force."""

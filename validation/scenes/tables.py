@@ -120,7 +120,7 @@ class TipTable(Table):
     normal_stiffness: Annotated[float, SceneNumber("N/m", above=0, at_most=1e14)]
     """k, slope of the normal element while it is compressed."""
     restitution: Annotated[
-        float, SceneNumber(above=0, at_most=1, advice="1 returns all of the energy")
+        float, SceneNumber(at_least=1e-3, at_most=1, advice="1 returns all of the energy")
     ] = 1.0
     """e*, energetic coefficient."""
     tangential_ratio: Annotated[float | None, SceneNumber(at_least=0, at_most=1e6)] = None

@@ -6,11 +6,11 @@ runs' law "surface"; C is the compliance of the candidate nodes (see `tip`):
     p_q = κ max(0, δ - h_q - u_q),   f = Σ_q w_q N_q p_q,   u = C f,   s Σ f = F
 
 by Newton's method, s the symmetry factor, δ the plane's approach and h_q the surface's distance
-from the undeformed plane. Trilinear facets cut the sphere's cap off: h is interpolated from nodal
-values that have the sphere's mean. κ = f E*/R with f so large that the penalty's own share is below
-1 %; it is taken off to first order in 1/κ: with U_p = Σ_q w_q p_q²/2κ, which grows as F^(4/3) in
-Hertz's contact, the penalty adds dU_p/dF = 4 U_p/3F to δ and U_p/3 to the work at a given force.
-From F(δ):
+from the undeformed plane. Trilinear facets cut the ball's cap off: h is interpolated from nodal
+values that have the sphere's mean there, and is the mesh's own on the shaft. κ = f E*/R with f so
+large that the penalty's own share is below 1 %; it is taken off to first order in 1/κ: with
+U_p = Σ_q w_q p_q²/2κ, which grows as F^(4/3) in Hertz's contact, the penalty adds
+dU_p/dF = 4 U_p/3F to δ and U_p/3 to the work at a given force. From F(δ):
 
     U_c = ∫ F dδ = s ½ f·C f + U_p - U_p/3,     k = F²/(2 U_c),
 
@@ -30,6 +30,7 @@ from reference_fem.hertz import hertz_indentation
 from reference_fem.statics.tip import TipCompliance
 
 PENALTY = 2000.0  # f
+ON_SPHERE = 1e-6  # over R: round-off, and far less than a shaft's facet is off the sphere
 ITERATIONS, HALVINGS = 60, 12  # most of Newton's method, and of one step
 
 
@@ -78,7 +79,8 @@ class ContactArea:
 def contact_area(tip: TipCompliance) -> ContactArea:
     """Points where the contact is evaluated.
 
-    Nodal heights that give the sphere's mean: h_i + ∫ N_i (h_sphere - h_bilinear) dA / ∫ N_i dA.
+    Nodal heights that give the sphere's mean on the ball's facets, whose nodes all lie on it:
+    h_i + ∫_ball N_i (h_sphere - h_bilinear) dA / ∫ N_i dA.
     """
     quadrature = facet_quadrature(tip.points, tip.facets)
     weights = quadrature.weight.ravel()
@@ -86,10 +88,13 @@ def contact_area(tip: TipCompliance) -> ContactArea:
     for f, nodes in enumerate(tip.facets):
         by_facet[f][:, nodes] = quadrature.shape
     shapes = by_facet.reshape(-1, len(tip.points))
+    on_sphere = np.abs(np.linalg.norm(tip.points - [0.0, 0.0, tip.radius], axis=1) - tip.radius)
+    ball = (on_sphere < ON_SPHERE * tip.radius)[tip.facets].all(axis=1)
     flat = shapes @ tip.points
-    sphere = tip.radius - np.sqrt(tip.radius**2 - (flat[:, :2] ** 2).sum(axis=1))
-    share = shapes.T @ weights
-    heights = tip.points[:, 2] + shapes.T @ (weights * (sphere - flat[:, 2])) / share
+    depth = np.sqrt(np.maximum(0.0, tip.radius**2 - (flat[:, :2] ** 2).sum(axis=1)))
+    sphere = tip.radius - np.copysign(depth, tip.radius - flat[:, 2])
+    lift = np.where(np.repeat(ball, len(quadrature.shape)), sphere - flat[:, 2], 0.0)
+    heights = tip.points[:, 2] + shapes.T @ (weights * lift) / (shapes.T @ weights)
     # A facet on the rim has a node that fewer than four candidate facets share, off the symmetry
     # plane (two on it).
     count = np.bincount(tip.facets.ravel(), minlength=len(tip.points))

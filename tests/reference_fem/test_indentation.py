@@ -147,6 +147,22 @@ def test_section_further_behind_sees_more_of_the_beam(
     assert far.stiffness_N_per_m < near.stiffness_N_per_m
 
 
+def test_the_shaft_is_no_sphere() -> None:
+    """Its nodes were lifted to the sphere's height, which beyond its radius was no number."""
+    angle = math.radians(78.0)
+    sizing = meshes.Sizing(2.5e-3, 2.5e-3, 1.5e-3, contact_angle=angle)
+    mesh = meshes.finger_hexahedra(meshes.FingerGeometry((0.0225,), (0.015,)), sizing)
+    tip = tip_compliance(mesh, MATERIAL, angle, 1.2 * RADIUS)
+    area = contact_area(tip)
+    # from the ball's centre along the axis, towards the hinge
+    behind = tip.points @ [math.sin(angle), 0.0, math.cos(angle)] - RADIUS * math.cos(angle)
+    shaft = (behind > 1e-9 * RADIUS)[tip.facets].all(axis=1)
+    assert 0 < shaft.sum() < len(shaft)
+    lift = np.abs(area.heights - area.shapes @ tip.points[:, 2]).reshape(len(shaft), -1).max(axis=1)
+    assert lift[shaft].max() < 1e-12 * RADIUS
+    assert lift[~shaft].min() > 1e-4 * RADIUS
+
+
 def test_bad_input_is_refused(ball: Ball) -> None:
     mesh, tip = ball
     area = contact_area(tip)

@@ -36,7 +36,8 @@ MESHES = ((0.33, 1.42), (0.26, 1.32), (0.2, 1.22))
 # Edges over R, and growth, for the compliance of the tip between the beam's end and the contact.
 EDGES, YIELD_GROWTH = (0.1, 0.07, 0.05), 1.12
 LENGTH = 3.0  # length of the modelled end over its radius
-REACH = 2.0  # radius of the nodes that may touch, over the contact radius
+# Radius of the nodes that may touch over the contact radius, and where the patch reaches the shaft.
+REACH, SHAFT_REACH = 2.0, 4.0
 ROUNDS = 6  # fixed-point iterations; each contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
 
@@ -68,6 +69,7 @@ class ContactIdentification:
     tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
         `EDGES`.
     curve : force_N, indentation_m, hertz_indentation_m, each (25,), of the finest mesh.
+    cautions : a patch that reaches the shaft, or is too large for linear statics.
     """
 
     scene: str
@@ -84,6 +86,7 @@ class ContactIdentification:
     levels: tuple[Level, ...]
     tip_compliance: dict[str, tuple[float, ...]]
     curve: dict[str, tuple[float, ...]]
+    cautions: tuple[str, ...]
 
 
 def identify_contact(
@@ -96,7 +99,7 @@ def identify_contact(
     refinements : (edge over Hertz's contact radius, growth), coarse to fine; one is enough for k.
 
     Raises UserError: the scene's finger cannot be meshed with these edges, or has no round end to
-        press.
+        press, or its shaft is pressed rather than its end.
     Raises RunFailedError: the reduced model does not tap, or the contact's active set does not
         settle.
     """
@@ -122,8 +125,15 @@ def identify_contact(
 
             force = stated_force(scene, stiffness, guess)
             pressed = indent(tip, area, force)
+            curve = [indent(tip, area, at).indentation_m for at in force * CURVE]
+            if pressed.eta_squared <= 0.0:
+                raise ValueError(
+                    f"force = {force:g} N: the tangential stiffness is negative, as most of the"
+                    " patch lies behind the section from which motion is measured"
+                )
         except ValueError as error:
-            raise UserError(f"scene {scene.name}: {error}") from error
+            why = "; ".join((str(error), *cautions(contact_radius / radius, angle)))
+            raise UserError(f"scene {scene.name}: {why}") from error
         except ArithmeticError as error:
             raise RunFailedError(f"scene {scene.name}: {error}") from error
         level = Level(
@@ -159,10 +169,33 @@ def identify_contact(
         tip_compliance=yields(scene, material, abs(angle), EDGES[: len(refinements)]),
         curve={
             "force_N": tuple(forces),
-            "indentation_m": tuple(indent(tip, area, f).indentation_m for f in forces),
+            "indentation_m": tuple(curve),
             "hertz_indentation_m": tuple(hertz_indentation(material, radius, f) for f in forces),
         },
+        cautions=cautions(hertz_contact_radius(material, radius, force) / radius, angle),
     )
+
+
+def cautions(patch: float, angle: float) -> tuple[str, ...]:
+    """A patch that reaches the shaft, or is larger than the round end's statics were checked to.
+
+    patch : Hertz's a/R. angle : of the touch, from the axis, rad.
+    """
+    from hcm.contact.build import LARGEST_PATCH
+
+    found = []
+    if patch > LARGEST_PATCH:
+        found.append(
+            f"the patch's radius reaches {patch:.2f} of the tip's, and the tip's statics were"
+            f" checked to {LARGEST_PATCH:g}: use a stiffer material or a slower impact"
+        )
+    if patch > np.cos(angle):
+        found.append(
+            "the patch reaches the shaft, which touches at an angle of"
+            f" {90 - abs(np.degrees(angle)):.0f} degrees: k and eta^2 are not a sphere's; lower"
+            " surface.height for a steeper touch"
+        )
+    return tuple(found)
 
 
 def yields(
@@ -222,7 +255,8 @@ def _tip(
     from reference_fem.statics.tip import tip_compliance
 
     mesh = _end(scene, angle, edge, growth, 3.0)
-    tip = tip_compliance(mesh, material, angle, REACH * contact)
+    shaft = contact > scene.tables.tip_radius * np.cos(angle)
+    tip = tip_compliance(mesh, material, angle, (SHAFT_REACH if shaft else REACH) * contact)
     return tip.symmetry_factor * len(mesh.cells), tip
 
 

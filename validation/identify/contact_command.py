@@ -9,7 +9,7 @@ import numpy as np
 
 from validation.compare.grid_convergence import convergence
 from validation.harness.command_line import AsJson, Overrides, Source
-from validation.harness.console import output, progress_bar
+from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
 from validation.harness.files import exclusive_folder, safe_name, write_json
 from validation.harness.record import plain
@@ -114,6 +114,8 @@ def run_identify_contact(
         write_table(folder, name, table_of(table, COLUMNS), title)
         write_json(folder / f"{name}.json", to_json(found))
         draw(folder / f"{name}.png", found)
+    for caution in found.cautions:
+        say(f"caution: {caution}")
     if as_json:
         output(json.dumps(plain(to_json(found)), indent=2, allow_nan=False))
         return

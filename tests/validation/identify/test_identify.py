@@ -67,6 +67,29 @@ def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: 
     assert all(word in text for word in ("Hertz", "Mindlin", "three meshes"))
 
 
+@pytest.mark.usefixtures("springs")
+def test_a_patch_on_the_shaft_is_said(tmp_path: Path, fingertap: Run, monkeypatch: Patch) -> None:
+    import reference_fem.statics.indentation as indentation
+
+    thick = ("finger.phalanges=1", "finger.length=0.3", "finger.diameter=0.1",
+             "material.youngs_modulus=1e6", "surface.height=0.06")  # fmt: skip
+    given = [word for text in thick for word in ("--set", text)]
+    shallow = ("identify", "contact", "soft", *given, "--out", tmp_path)
+    ended = fingertap(*shallow)
+    assert ended.code == 0
+    assert "the patch reaches the shaft" in ended.err
+    pressed = indentation.indent
+    monkeypatch.setattr(
+        indentation,
+        "indent",
+        lambda *given: SimpleNamespace(**{**vars(pressed(*given)), "eta_squared": -8.0}),
+    )
+    ended = fingertap(*shallow)
+    assert ended.code == 2
+    assert "negative" in ended.line
+    assert "the patch reaches the shaft" in ended.line
+
+
 def test_identify_torque_prints_the_factor_and_the_times(
     monkeypatch: Patch, fingertap: Run
 ) -> None:

@@ -21,8 +21,12 @@ MEMBERS = (*Adapter.__annotations__, "refusal", "warm_up", "run")
 
 
 @cache  # what is installed does not change while a program runs
-def _entry_points() -> dict[str, EntryPoint]:
-    return {entry_point.name: entry_point for entry_point in entry_points(group=GROUP)}
+def _entry_points() -> dict[str, tuple[EntryPoint, ...]]:
+    """Entry points by the model's name, those of one name with different values."""
+    found: dict[str, dict[str, EntryPoint]] = {}
+    for entry_point in entry_points(group=GROUP):
+        found.setdefault(entry_point.name, {})[entry_point.value] = entry_point
+    return {name: tuple(by_value.values()) for name, by_value in found.items()}
 
 
 def model_names() -> tuple[str, ...]:
@@ -32,23 +36,26 @@ def model_names() -> tuple[str, ...]:
 
 def is_own(name: str) -> bool:
     """Whether a model is one of this project's solvers."""
-    entry_point = _entry_points().get(name)
-    return entry_point is not None and entry_point.value.startswith(__name__)
+    return any(one.value.startswith(__name__) for one in _entry_points().get(name, ()))
 
 
 def adapter(name: str, option: str = "--model") -> Adapter:
     """The adapter of a model; a refusal begins with the option that named it.
 
-    Raises UserError: no installed model has that name.
+    Raises UserError: no installed model has that name, or several have.
     Raises RunFailedError: the model's package can't be loaded, or what it names is not an adapter.
     """
-    entry_point = _entry_points().get(name)
-    if entry_point is None:
+    named = _entry_points().get(name, ())
+    if not named:
         near = difflib.get_close_matches(name, _entry_points(), n=1)
         hint = f"did you mean {near[0]}? " if near else ""
         raise UserError(
             f"{option} {name!r}: unknown; {hint}installed models are {', '.join(_entry_points())}"
         )
+    if len(named) > 1:
+        packages = " and ".join(f"{one.dist and one.dist.name} ({one.value})" for one in named)
+        raise UserError(f"{option} {name}: is a model of {packages}; uninstall one of the packages")
+    (entry_point,) = named
     try:
         found: Adapter = entry_point.load()
     except Exception as error:  # anything may go wrong in the import of another package

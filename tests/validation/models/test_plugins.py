@@ -39,7 +39,8 @@ def install(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Any]], No
     """Put a model behind the entry point ``mine``, beside the built-in ones."""
 
     def entry_point(load: Callable[[], Any]) -> None:
-        found = {**models._entry_points(), "mine": SimpleNamespace(load=load, value="rigid_rod")}
+        mine = SimpleNamespace(load=load, value="rigid_rod")
+        found = {**models._entry_points(), "mine": (mine,)}
         monkeypatch.setattr(models, "_entry_points", lambda: found)
 
     return entry_point
@@ -239,6 +240,26 @@ def test_model_that_cannot_be_loaded_or_is_none_is_named(
         ended = fingertap("run", "soft", "--model", model)
         assert ended.code == code
         assert words in ended.line
+
+
+def test_two_packages_with_a_model_of_one_name_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fingertap: Run
+) -> None:
+    """The one that Python's path names last was run, also in the place of a built-in model."""
+    for name, value in (("usurper", "rigid_rod"), ("copy", "validation.models.solid:FEM2D")):
+        folder = tmp_path / f"{name}-1.0.dist-info"
+        folder.mkdir()
+        (folder / "METADATA").write_text(f"Name: {name}\nVersion: 1.0\n", "utf-8")
+        model = "hcm" if name == "usurper" else "fem2d"
+        (folder / "entry_points.txt").write_text(f"[{models.GROUP}]\n{model} = {value}\n", "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    models._entry_points.cache_clear()
+    try:
+        line = fingertap("run", "soft", "--model", "hcm").refusal
+        assert models.adapter("fem2d").name == "fem2d"  # twice the same object
+    finally:
+        models._entry_points.cache_clear()
+    assert all(package in line for package in ("fingertap (", "usurper (rigid_rod)"))
 
 
 def test_result_is_of_the_code_that_a_model_has_now(

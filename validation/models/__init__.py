@@ -69,6 +69,8 @@ def adapter(name: str, option: str = "--model") -> Adapter:
 
 def _fault(found: Adapter, name: str) -> str:
     """Why `found` is no adapter of that name; empty if it is one."""
+    if isinstance(found, type):
+        return "is a class; the entry point must name an object of it"
     if missing := [member for member in MEMBERS if not hasattr(found, member)]:
         return f"lacks {', '.join(missing)}"
     if found.name != name:

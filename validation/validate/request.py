@@ -7,7 +7,7 @@ from pathlib import Path
 
 from validation.curve_files.contract import read_sidecar
 from validation.curve_files.read import Reference, is_curve_file, read_reference
-from validation.errors import UserError
+from validation.errors import RunFailedError, UserError
 from validation.harness.quantities import COMPARED
 from validation.models import adapter, model_names
 from validation.scenes.load import NamedScene, load_scene
@@ -31,6 +31,7 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     Raises UserError: a scene is refused or two have one name, a model is unknown, named twice, or
         refuses one of the scenes, a tolerance or a file of curves can't be read, or a scene has no
         such file.
+    Raises RunFailedError: a model fails where it should refuse or take a scene.
     """
     named = {}
     for source in scenes or PAPER.scenes.values():
@@ -56,8 +57,14 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     for option, name in asked:
         model = adapter(name, option)
         for scene in named.values():
-            if refused := model.refusal(scene):
-                raise UserError(f"scene {scene.name}, model {name}: {refused}")
+            who = f"scene {scene.name}, model {name}"
+            try:
+                refused = model.refusal(scene)
+            except Exception as error:  # another package's
+                text = " ".join(str(error).split()) or "no message"
+                raise RunFailedError(f"{who}: {type(error).__name__}: {text}") from error
+            if refused:
+                raise UserError(f"{who}: {refused}")
     sources = dict(zip(named, scenes or PAPER.scenes.values(), strict=True))
     return Plan(sources, tuple(wanted), reference, data, read_tolerances(tolerance))
 

@@ -22,6 +22,7 @@ from validation.harness.provenance import installed
 from validation.harness.run_files import Fields
 from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
+from validation.models.solid import Solid
 from validation.scenes.load import changed_scene, load_scene
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example"
@@ -229,6 +230,7 @@ def test_model_that_cannot_be_loaded_or_is_none_is_named(
         (lambda: importlib.import_module("no_such_package"), "mine", 1,
          "model mine (rigid_rod): cannot be loaded: ModuleNotFoundError"),
         (SimpleNamespace, "mine", 1, "lacks name, kind"),
+        (lambda: Solid, "mine", 1, "it is a class; the entry point must name an object"),
         (SimpleNamespace, "mime", 2, "did you mean mine?"),
         (changed(name="other"), "mine", 1, "calls itself 'other'"),
         (changed(kind="surrogate"), "mine", 1, "kind = 'surrogate': must be reduced or reference"),
@@ -240,6 +242,16 @@ def test_model_that_cannot_be_loaded_or_is_none_is_named(
         ended = fingertap("run", "soft", "--model", model)
         assert ended.code == code
         assert words in ended.line
+
+
+def test_a_refusal_that_fails_ends_validate_in_one_line(
+    example: ModuleType, install: Callable[[Callable[[], Any]], None], fingertap: Run
+) -> None:
+    install(lambda: SimpleNamespace(**{**vars(example), "refusal": _raises}))
+    for roles in (("--models", "mine"), ("--models", "hcm", "--reference", "mine")):
+        ended = fingertap("validate", "soft", *roles)
+        assert ended.code == 1
+        assert "scene soft, model mine: ZeroDivisionError: of its own in two lines" in ended.line
 
 
 def test_two_packages_with_a_model_of_one_name_are_refused(

@@ -28,7 +28,7 @@ class Reporting:
     """Where a run reports its progress and keeps its restart file.
 
     progress : called after each block
-    restart : file that is written after each block at which it is due
+    restart : file that is written after each block at which it is due, and at an interrupt
     started : `time.perf_counter()` of the caller's start, for the wall time
     """
 
@@ -92,6 +92,8 @@ def explicit_tap(
             _report(model, settings, now, reporting, recorder)
     except KeyboardInterrupt:
         message = f"interrupted at step {now.state.step}, t = {now.state.time_s:.6g} s"
+        if not recorder.holds(now.state):  # else it would be recorded twice
+            _save(now, reporting, recorder)
     return result_of(model, settings, now, reporting, recorder, status, message)
 
 
@@ -99,12 +101,17 @@ def _report(
     model: Model, settings: Settings, now: LoopState, reporting: Reporting, recorder: Recorder
 ) -> None:
     """Write the restart file if it is due, and report."""
-    restart, progress = reporting.restart, reporting.progress
-    if restart is not None and restart.due:
+    if reporting.restart is not None and reporting.restart.due:
+        _save(now, reporting, recorder)
+    if reporting.progress is not None:
+        reporting.progress(*_progress(model, settings, now))
+
+
+def _save(now: LoopState, reporting: Reporting, recorder: Recorder) -> None:
+    """Write the restart file, if the run keeps one."""
+    if reporting.restart is not None:
         spent = now.spent_s + time.perf_counter() - reporting.started
-        restart.write(pack(replace(now, spent_s=spent)) | recorder.archive())
-    if progress is not None:
-        progress(*_progress(model, settings, now))
+        reporting.restart.write(pack(replace(now, spent_s=spent)) | recorder.archive())
 
 
 def result_of(

@@ -108,6 +108,10 @@ class Recorder:
         full[:, GAP] = block.log[:, GAP]
         self._logs.append(full)
 
+    def holds(self, state: State) -> bool:
+        """Whether the block from a state on is recorded, or in part."""
+        return any(last.time_s >= state.time_s for last in self._single["last"])
+
     def forces(self) -> ForceRecord:
         """Contact at every step of the window."""
         if not self._logs:

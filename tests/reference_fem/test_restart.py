@@ -14,6 +14,7 @@ import pytest
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics import restart
+from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import arithmetic
 from reference_fem.settings import Contact
 from tests.processes import printed, started
@@ -108,6 +109,27 @@ def test_killed_run_resumes_to_the_same_bits(
     # It went on: one report of the set-up, then those that the killed run did not make.
     assert counter.reports == 1 + reports - calls
     # Killed again before the result was kept: the file is still there, and as good as before.
+    assert_same_bits(tap(rf.Restart(path, resume=True)), whole)
+
+
+def test_an_interrupt_saves_where_it_came(
+    undisturbed: tuple[rf.TapResult, int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It left the file of the first block, and up to half a minute was solved again."""
+    path, (whole, reports) = tmp_path / "restart.npz", undisturbed
+    assert tap(rf.Restart(path), Counter(reports - 20)).status is rf.Status.INTERRUPTED
+    saved, add, counter = path.read_bytes(), Recorder.add, Counter()
+    assert_same_bits(tap(rf.Restart(path, resume=True), counter), whole)
+    assert counter.reports == 1 + 20
+
+    def interrupted(*given: Any) -> None:
+        add(*given)
+        raise KeyboardInterrupt
+
+    path.write_bytes(saved)
+    with monkeypatch.context() as patch:  # a block recorded, but not gone on from
+        patch.setattr(Recorder, "add", interrupted)
+        assert tap(rf.Restart(path, resume=True)).status is rf.Status.INTERRUPTED
     assert_same_bits(tap(rf.Restart(path, resume=True)), whole)
 
 

@@ -65,7 +65,7 @@ class Sidecar(Table):
     threshold_N: Annotated[float, SceneNumber("N", at_least=0.0)] = 0.0  # of the file: no contact
     time_unit: Literal["s", "ms", "us"] = "s"  # of a solver's output; a CSV's header says it
     force_unit: Literal["N", "kN", "mN"] = "N"
-    normal: Axis = "y"  # in a CSV its sign alone counts
+    normal: Axis = "y"  # in a CSV y or -y, and tangential x or -x: the sign alone counts
     tangential: Axis = "x"
     interface: str | int | None = None  # rcforc's number, CalculiX's slave set
     side: Literal["slave", "master"] = "slave"  # the finger's

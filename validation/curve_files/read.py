@@ -9,6 +9,7 @@ from validation.curve_files.solver_output import DAT, RCFORC, read_solver_output
 from validation.curve_files.table import read_table
 from validation.curve_files.tap import curves_of
 from validation.errors import UserError
+from validation.harness.quantities import ESTIMATED
 from validation.harness.record import RunRecord
 from validation.models.curves import beyond_friction, record_of
 from validation.scenes.load import NamedScene, file_name, read_text
@@ -48,6 +49,12 @@ def read_reference(source: str, scene: NamedScene) -> Reference:
     notes += beyond_friction(curves, scene.tables.surface.friction)
     name = file_name(path.name)
     record = record_of(curves, scene, name)
+    known = [key for key in ESTIMATED if record.summary.get(key) is not None]
+    if unknown := sidecar.uncertainty.model_fields_set - set(known):
+        raise UserError(
+            f"{source}.toml: uncertainty.{min(unknown)}: the data has no such number; state it"
+            f" under [scalars], or leave this out; it has {', '.join(known)}"
+        )
     # what it doubts is among the notes, with what to do
     record = replace(record, message="", provenance={**record.provenance, "data": {name: notes}})
     return Reference(record, tuple(f"{name}: {note}" for note in notes))

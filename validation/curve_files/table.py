@@ -26,6 +26,12 @@ def read_table(text: str, origin: str, sidecar: Sidecar) -> Samples:
     """
     for key in sidecar.model_fields_set & {"time_unit", "force_unit", "interface", "side"}:
         raise UserError(f"{origin}.toml: {key} is for solver output; a CSV header has units")
+    for key, axis in (("normal", "y"), ("tangential", "x")):
+        if (given := getattr(sidecar, key)).strip("-") != axis:
+            raise UserError(
+                f"{origin}.toml: {key} = {given!r}: in a CSV its sign alone counts, the axes are"
+                f" the columns; write {axis!r} or '-{axis}'"
+            )
     reader = csv.reader(text.splitlines(), strict=True)
     try:
         rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader]

@@ -112,7 +112,8 @@ def test_sigma_columns_become_errors(read: Read) -> None:
     force = 10.0 * np.clip(1.0 - np.abs(time - 2.0), 0.0, None)  # rises by 10 N/s from 1 to 3 s
     rows = (f"{t!r},{f!r},0.5" for t, f in zip(time.tolist(), force.tolist(), strict=True))
     text = "\n".join(["time_s,normal_force_N,normal_force_sigma_N", *rows])
-    errors = read(text, "half_model = true\n[uncertainty]\npeak_stress_R_Pa = 3e4").record.errors
+    stress = "[scalars]\npeak_stress_R_Pa = 5e6\n[uncertainty]\npeak_stress_R_Pa = 3e4"
+    errors = read(text, f"half_model = true\n{stress}").record.errors
     # beside what 199 samples of a half sine may miss: 3e-5 of 20 N, 2e-5 of 20 N s
     assert errors["peak_normal_force_N"] == pytest.approx(1.0, rel=1e-6)
     assert errors["normal_impulse_N_s"] == pytest.approx(2.0, rel=1e-6)  # 1 N over 2 s
@@ -536,6 +537,9 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
         (GOOD, "half_model = 2", "must be true or false"),
         (GOOD, "threshold_N = -1", "threshold_N = -1: must be a number in N, >= 0"),
         (GOOD, "interface = 1", "interface is for solver output"),
+        (GOOD, 'normal = "x"', "normal = 'x': in a CSV"),
+        (GOOD, 'tangential = "-z"', "tangential = '-z': in a CSV.*'x' or '-x'"),
+        (GOOD, "[uncertainty]\npeak_stress_R_Pa = 1e4", "peak_stress_R_Pa: .* no such"),
         (GOOD, f"time_offset_s = 1{'0' * 400}", "time_offset_s = 1.*: must be a number in s"),
         (GOOD, "[uncertainty]\npeak = 1", "unknown key"),
         (GOOD, "[scalars]\ntip_velocity_at_contact_m_per_s = [1.0]", "at least 2 items"),

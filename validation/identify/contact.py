@@ -88,6 +88,12 @@ class ContactIdentification:
     curve: dict[str, tuple[float, ...]]
     cautions: tuple[str, ...]
 
+    @property
+    def yielding(self) -> dict[str, Convergence]:
+        """The convergence of `tip_compliance`, whose limits are the values to use."""
+        given = self.tip_compliance.items()
+        return {key: convergence(EDGES[: len(of)], of, 2.0) for key, of in given}
+
 
 def identify_contact(
     scene: NamedScene,

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from validation.compare.grid_convergence import convergence
 from validation.harness.command_line import AsJson, Overrides, Source
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
@@ -15,7 +14,7 @@ from validation.harness.files import exclusive_folder, safe_name, write_json
 from validation.harness.record import plain
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import with_error
-from validation.identify.contact import EDGES, ContactIdentification, identify_contact
+from validation.identify.contact import ContactIdentification, identify_contact
 from validation.scenes.load import load_scene
 
 OWN = "the scene's own, in built-in scenes the paper's"
@@ -52,6 +51,15 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
             "theory": theory,
             "theory_is": "Hertz",
         },
+        *(
+            {
+                "quantity": f"{key}, for solver.hcm.assumptions = 'refined'",
+                "unit": "1",
+                "static_indentation": judged.limit,
+                "uncertainty": judged.error,
+            }
+            for key, judged in found.yielding.items()
+        ),
     ]
 
 
@@ -63,6 +71,9 @@ def to_json(found: ContactIdentification) -> dict[str, Any]:
         "normal_stiffness_verdict": found.stiffness and found.stiffness.verdict,
         "eta_squared_uncertainty": found.ratio and found.ratio.error,
         "eta_squared_verdict": found.ratio and found.ratio.verdict,
+        "tip_compliance_limit": {key: of.limit for key, of in found.yielding.items()},
+        "tip_compliance_uncertainty": {key: of.error for key, of in found.yielding.items()},
+        "tip_compliance_verdict": {key: of.verdict for key, of in found.yielding.items()},
         "tangential_ratio": 1 / found.eta_squared,
         "reference_section": "through the hemisphere's centre, best-fit rigid motion",
     }
@@ -122,19 +133,11 @@ def run_identify_contact(
     output(f"{named.name}: {title.lower()}")
     for row in table:
         known = with_error(row["static_indentation"], row.get("uncertainty"), 4)
+        theory = f"{row['theory_is']}: {row['theory']:.4g}" if "theory" in row else ""
         given = f"; {OWN}: {row['scene']:.4g}" if "scene" in row else ""
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        output(
-            f"  {row['quantity']}: {known}{unit} ({row['theory_is']}: {row['theory']:.4g}{given})"
-        )
-    for what, judged in (("k", found.stiffness), ("eta^2", found.ratio)):
+        output(f"  {row['quantity']}: {known}{unit}" + f" ({theory}{given})" * bool(theory))
+    for what, judged in {"k": found.stiffness, "eta^2": found.ratio, **found.yielding}.items():
         if judged is not None:
             output(f"  {what}, three meshes: {judged.verdict}")
-    for key, values in found.tip_compliance.items():
-        judged = convergence(EDGES[: len(values)], values, 2.0)
-        output(
-            f"  {key}, for solver.hcm.assumptions = 'refined':"
-            f" {with_error(judged.limit, judged.error)}"
-            f" (finest mesh {judged.finest:.3g}; {judged.verdict})"
-        )
     output(f"  files in {folder}")

@@ -61,6 +61,11 @@ def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: 
     assert printed["normal_stiffness_N_per_m"] > 1e6
     assert len(printed["curve"]["force_N"]) == len(identify.CURVE)
     assert printed["tip_compliance"] == {"tip.compliance_nn": [-0.3, -0.24, -0.2]}
+    limit = printed["tip_compliance_limit"]["tip.compliance_nn"]
+    known = printed["tip_compliance_uncertainty"]["tip.compliance_nn"]
+    assert limit == pytest.approx(-0.1)  # of first order in the edge
+    row = (folder / "contact-soft.csv").read_text().splitlines()[-1]
+    assert f",{limit:.10g},{known:.10g}," in row
     for ending in ("csv", "md", "tex", "png"):
         assert (folder / f"contact-soft.{ending}").stat().st_size > 100
     text = fingertap(*arguments).out

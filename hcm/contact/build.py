@@ -144,22 +144,33 @@ def beyond_checks(
         radius = last.diameter / 2
         depth = (3 * peak * (1 - nu**2) / (4 * last.youngs_modulus * math.sqrt(radius))) ** (2 / 3)
         patch, strain = math.sqrt(depth / radius), abs(stress) / last.youngs_modulus
-        if patch > LARGEST_PATCH:
-            found.append(
-                f"the patch's radius reaches {patch:.2f} of the tip's, and the tip's statics were"
-                f" checked to {LARGEST_PATCH:g}: use a stiffer material or a slower impact"
-            )
+        found += patch_cautions(patch, angle)
         if strain > LARGEST_STRAIN or last.length < SHORTEST * last.diameter:
             found.append(
                 f"the stress at R is a beam's and may be more than 5 % off the reference's: strain"
                 f" {100 * strain:.2g} % (checked to {100 * LARGEST_STRAIN:g}), a last phalanx of"
                 f" {last.length / last.diameter:.2g} diameters (from {SHORTEST:g} on)"
             )
-        if patch > math.sin(angle):
-            found.append(
-                f"the patch reaches the shaft, which touches at an angle of {degrees:.0f} degrees:"
-                " the tip is not a sphere there; lower surface.height for a steeper touch"
-            )
+    return tuple(found)
+
+
+def patch_cautions(patch: float, angle: float) -> tuple[str, ...]:
+    """Cautions about a patch that is large or reaches the shaft.
+
+    patch : its radius a/R. angle : of the last phalanx below the horizontal at the touch, rad.
+    """
+    found = []
+    if patch > LARGEST_PATCH:
+        found.append(
+            f"the patch's radius reaches {patch:.2f} of the tip's, and the tip's statics were"
+            f" checked to {LARGEST_PATCH:g}: use a stiffer material or a slower impact"
+        )
+    if patch > math.sin(angle):
+        found.append(
+            "the patch reaches the shaft, which touches at an angle of"
+            f" {math.degrees(angle):.0f} degrees: the tip is not a sphere there; lower"
+            " surface.height for a steeper touch"
+        )
     return tuple(found)
 
 

@@ -109,13 +109,14 @@ def identify_contact(
     Raises RunFailedError: the reduced model does not tap, or the contact's active set does not
         settle.
     """
+    from hcm.contact.build import patch_cautions
     from reference_fem.hertz import hertz_contact_radius, hertz_indentation, hertz_stiffness
-    from reference_fem.statics.indentation import contact_area, indent, mindlin_ratio
+    from reference_fem.statics.indentation import mindlin_ratio
 
     tables = scene.tables
     angle = float(np.clip(impact_of(scene).touch_angle, -0.5 * np.pi, 0.5 * np.pi))
     material = solid_inputs.solid_parts(tables).materials[-1]
-    radius = tables.tip_radius
+    radius, below = tables.tip_radius, 0.5 * np.pi - abs(angle)
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
     contact_radius = hertz_contact_radius(material, radius, guess)
     levels: list[Level] = []
@@ -123,33 +124,13 @@ def identify_contact(
         edge = share * contact_radius
         progress(number / len(refinements), f"edge {1e3 * edge:.3g} mm")
         try:
-            elements, tip = _tip(scene, material, angle, edge, growth, contact_radius)
-            area = contact_area(tip)
-
-            def stiffness(at: float, tip: Any = tip, area: Any = area) -> float:
-                return indent(tip, area, at).stiffness_N_per_m
-
-            force = stated_force(scene, stiffness, guess)
-            pressed = indent(tip, area, force)
-            curve = [indent(tip, area, at).indentation_m for at in force * CURVE]
-            if pressed.eta_squared <= 0.0:
-                raise ValueError(
-                    f"force = {force:g} N: the tangential stiffness is negative, as most of the"
-                    " patch lies behind the section from which motion is measured"
-                )
+            tip = _tip(scene, material, angle, edge, growth, contact_radius)
+            level, force, curve = _pressed(scene, *tip, edge, guess)
         except ValueError as error:
-            why = "; ".join((str(error), *cautions(contact_radius / radius, angle)))
+            why = "; ".join((str(error), *patch_cautions(contact_radius / radius, below)))
             raise UserError(f"scene {scene.name}: {why}") from error
         except ArithmeticError as error:
             raise RunFailedError(f"scene {scene.name}: {error}") from error
-        level = Level(
-            edge,
-            elements,
-            pressed.stiffness_N_per_m,
-            pressed.eta_squared,
-            pressed.contact_radius_m,
-            pressed.indentation_m,
-        )
         levels.append(level)
     forces = force * CURVE
     sizes = [level.edge_m for level in levels]
@@ -175,33 +156,39 @@ def identify_contact(
         tip_compliance=yields(scene, material, abs(angle), EDGES[: len(refinements)]),
         curve={
             "force_N": tuple(forces),
-            "indentation_m": tuple(curve),
+            "indentation_m": curve,
             "hertz_indentation_m": tuple(hertz_indentation(material, radius, f) for f in forces),
         },
-        cautions=cautions(hertz_contact_radius(material, radius, force) / radius, angle),
+        cautions=patch_cautions(hertz_contact_radius(material, radius, force) / radius, below),
     )
 
 
-def cautions(patch: float, angle: float) -> tuple[str, ...]:
-    """A patch that reaches the shaft, or is larger than the round end's statics were checked to.
-
-    patch : Hertz's a/R. angle : of the touch, from the axis, rad.
+def _pressed(
+    scene: NamedScene, elements: int, tip: Any, edge: float, guess: float
+) -> tuple[Level, float, tuple[float, ...]]:
+    """A mesh's stiffnesses at the force that it has at its turn, N, and the indentations at `CURVE`
+    times that force, m.
     """
-    from hcm.contact.build import LARGEST_PATCH
+    from reference_fem.statics.indentation import contact_area, indent
 
-    found = []
-    if patch > LARGEST_PATCH:
-        found.append(
-            f"the patch's radius reaches {patch:.2f} of the tip's, and the tip's statics were"
-            f" checked to {LARGEST_PATCH:g}: use a stiffer material or a slower impact"
+    area = contact_area(tip)
+    force = stated_force(scene, lambda at: indent(tip, area, at).stiffness_N_per_m, guess)
+    pressed = indent(tip, area, force)
+    curve = tuple(indent(tip, area, at).indentation_m for at in force * CURVE)
+    if pressed.eta_squared <= 0.0:
+        raise ValueError(
+            f"force = {force:g} N: the tangential stiffness is negative, as most of the patch lies"
+            " behind the section from which motion is measured"
         )
-    if patch > np.cos(angle):
-        found.append(
-            "the patch reaches the shaft, which touches at an angle of"
-            f" {90 - abs(np.degrees(angle)):.0f} degrees: k and eta^2 are not a sphere's; lower"
-            " surface.height for a steeper touch"
-        )
-    return tuple(found)
+    level = Level(
+        edge,
+        elements,
+        pressed.stiffness_N_per_m,
+        pressed.eta_squared,
+        pressed.contact_radius_m,
+        pressed.indentation_m,
+    )
+    return level, force, curve
 
 
 def yields(

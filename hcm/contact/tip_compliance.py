@@ -7,7 +7,7 @@ up over the accepted steps. Between it and the contact's springs lies the tip's 
     (X, u_Y)_springs = (X, g + e F_t^2/F_n) + C F(springs),
     C = [[c_tt, -s c_nt], [-s c_nt, 0]],
 
-s = 1 for a phalanx that points along -X (`sheared_way` has e in restitution and for large F_t/F_n).
+s = 1 for a phalanx that points along -X (`patch_shear`: e, in restitution and for large F_t/F_n).
 C is fixed at the touch, by the phalanx's angle there; its c_nn belongs to the normal law
 (`round_tip_law`). Newton's method finds the springs' (X, u_Y), so that the forces on the beams are
 functions of (X, g).

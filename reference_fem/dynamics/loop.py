@@ -92,7 +92,9 @@ def explicit_tap(
             _report(model, settings, now, reporting, recorder)
     except KeyboardInterrupt:
         message = f"interrupted at step {now.state.step}, t = {now.state.time_s:.6g} s"
-        if not recorder.holds(now.state):  # else it would be recorded twice
+        ended = ending(settings, now.tap, now.state.time_s, now.start_s) is not None
+        # a resumed run would go on after its end, or record a block twice
+        if not (ended or recorder.holds(now.state)):
             _save(now, reporting, recorder)
     return result_of(model, settings, now, reporting, recorder, status, message)
 

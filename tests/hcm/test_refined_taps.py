@@ -277,7 +277,7 @@ def test_a_tap_that_sticks_twice_does_not_chatter(accuracy: float) -> None:
 
 
 def test_a_tap_that_sticks_as_it_turns_back_turns_once_a_peak() -> None:
-    """It turned 11 times at 1e-4 and 29 times at 1e-5, F_n with two values at one instant."""
+    """It turned 11 times at 1e-4 and 29 times at 1e-5."""
     last = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 8, poisson_ratio=0.4)
     scene = hcm.Scene(
         hcm.Finger((last,) * 4),
@@ -285,8 +285,5 @@ def test_a_tap_that_sticks_as_it_turns_back_turns_once_a_peak() -> None:
         hcm.Tip(0.78e6, 0.5),
         assumptions=Assumptions("refined"),
     )
-    result = hcm.simulate_within(1e-4, scene)
-    assert result.summary.compression_to_restitution == 2
-    history = result.history
-    jumps = np.diff(history.normal_force_N)[np.diff(history.time_s) == 0.0]
-    assert np.abs(jumps).max(initial=0.0) < 1e-6 * history.normal_force_N.max()
+    summary = hcm.simulate_within(1e-4, scene).summary
+    assert (summary.compression_to_restitution, summary.stick_to_slip) == (2, 1)

@@ -36,7 +36,8 @@ MESHES = ((0.33, 1.42), (0.26, 1.32), (0.2, 1.22))
 # Edges over R, and growth, for the compliance of the tip between the beam's end and the contact.
 EDGES, YIELD_GROWTH = (0.1, 0.07, 0.05), 1.12
 LENGTH = 3.0  # length of the modelled end over its radius
-# Radius of the nodes that may touch over the contact radius, and where the patch reaches the shaft.
+# Radius of the nodes that may touch over the contact radius, and where the patch reaches the shaft,
+# along which it is longer.
 REACH, SHAFT_REACH = 2.0, 4.0
 ROUNDS = 6  # fixed-point iterations; each contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
@@ -90,9 +91,11 @@ class ContactIdentification:
 
     @property
     def yielding(self) -> dict[str, Convergence]:
-        """The convergence of `tip_compliance`, whose limits are the values to use."""
+        """The convergence of `tip_compliance`, whose limits are the values to use; empty if fewer
+        than three meshes were solved.
+        """
         given = self.tip_compliance.items()
-        return {key: convergence(EDGES[: len(of)], of, 2.0) for key, of in given}
+        return {key: convergence(EDGES, of, 2.0) for key, of in given if len(of) == len(EDGES)}
 
 
 def identify_contact(
@@ -125,7 +128,9 @@ def identify_contact(
         progress(number / len(refinements), f"edge {1e3 * edge:.3g} mm")
         try:
             tip = _tip(scene, material, angle, edge, growth, contact_radius)
-            level, force, curve = _pressed(scene, *tip, edge, guess)
+            level, force, indentation = _pressed(scene, *tip, edge, guess)
+            if len(levels) == len(refinements) - 1:
+                curve = tuple(indentation(at) for at in force * CURVE)
         except ValueError as error:
             why = "; ".join((str(error), *patch_cautions(contact_radius / radius, below)))
             raise UserError(f"scene {scene.name}: {why}") from error
@@ -165,16 +170,15 @@ def identify_contact(
 
 def _pressed(
     scene: NamedScene, elements: int, tip: Any, edge: float, guess: float
-) -> tuple[Level, float, tuple[float, ...]]:
-    """A mesh's stiffnesses at the force that it has at its turn, N, and the indentations at `CURVE`
-    times that force, m.
+) -> tuple[Level, float, Callable[[float], float]]:
+    """A mesh's stiffnesses at the force that it has as the tap turns back, N, and its indentation,
+    m, at other forces.
     """
     from reference_fem.statics.indentation import contact_area, indent
 
     area = contact_area(tip)
     force = stated_force(scene, lambda at: indent(tip, area, at).stiffness_N_per_m, guess)
     pressed = indent(tip, area, force)
-    curve = tuple(indent(tip, area, at).indentation_m for at in force * CURVE)
     if pressed.eta_squared <= 0.0:
         raise ValueError(
             f"force = {force:g} N: the tangential stiffness is negative, as most of the patch lies"
@@ -188,7 +192,7 @@ def _pressed(
         pressed.contact_radius_m,
         pressed.indentation_m,
     )
-    return level, force, curve
+    return level, force, lambda at: indent(tip, area, at).indentation_m
 
 
 def yields(

@@ -60,6 +60,8 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
             who = f"scene {scene.name}, model {name}"
             try:
                 refused = model.refusal(scene)
+            except UserError:
+                raise
             except Exception as error:  # another package's
                 text = " ".join(str(error).split()) or "no message"
                 raise RunFailedError(f"{who}: {type(error).__name__}: {text}") from error

@@ -144,13 +144,13 @@ def beyond_checks(
         radius = last.diameter / 2
         depth = (3 * peak * (1 - nu**2) / (4 * last.youngs_modulus * math.sqrt(radius))) ** (2 / 3)
         patch, strain = math.sqrt(depth / radius), abs(stress) / last.youngs_modulus
-        found += patch_cautions(patch, angle)
         if strain > LARGEST_STRAIN or last.length < SHORTEST * last.diameter:
             found.append(
                 f"the stress at R is a beam's and may be more than 5 % off the reference's: strain"
                 f" {100 * strain:.2g} % (checked to {100 * LARGEST_STRAIN:g}), a last phalanx of"
                 f" {last.length / last.diameter:.2g} diameters (from {SHORTEST:g} on)"
             )
+        found += patch_cautions(patch, angle)
     return tuple(found)
 
 

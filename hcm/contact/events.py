@@ -113,5 +113,5 @@ def transition(
     else:
         kind, mode, sign, particle = TO_STICK, STICK, 0.0, particle_position(x, gap, contact, law)
         share = strain_share(contact, law)
-    way, hold = shear_history(normal, mode, x, gap, contact, law)
+    way, hold = shear_history(normal, mode, x, gap, vt, contact, law)
     return ContactState(normal, mode, sign, force, begun, particle, way, hold, share), kind

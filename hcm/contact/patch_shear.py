@@ -5,14 +5,15 @@ By statics at finite strain (`build`), with F_t/F_n up to `MOST_SHEAR`,
     u_Y += e p F_n,      p = (F_t/F_n)^2.
 
 In restitution this yield is part of the contact, as all of the tip's, and e*^2 times as large.
-Where the tip sticks as it turns back, F_t still changes with the tip's X:
+Where the tip sticks as it turns back, F_t still changes with the tip's X, and the part of u_Y. that
+is due to it falls to e*^2 times its value. If |F_t| grows the tip would turn back again at once. So
+there
 
     u_Y += e*^2 e p F_n + h X + a constant,      h = (1 - e*^2) e 2 F_t/F_n dF_t/dX at the reversal,
 
-h = 0 if it slips; where it sticks and turns again, h changes by as much as there is then. dF_t/dX
-is the tip's, its compliance included, if all of the patch sticks. Without h the part of u_Y. that
-is due to F_t would jump at the reversal, to e*^2 times its value, and where |F_t| grows the tip
-would turn back at once. Where the stick ends, u_Y alone is continuous.
+by which u_Y. is continuous; where it sticks and turns again, h changes by as much as there is then.
+dF_t/dX is the tip's, its compliance included, if all of the patch sticks. Where |F_t| falls, and as
+the stick ends, h = 0 and u_Y alone is continuous.
 """
 
 import math

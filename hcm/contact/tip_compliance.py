@@ -20,6 +20,7 @@ from hcm.beam.joint_torque import turn_rate, turned_angle
 from hcm.compiled import kernel
 from hcm.contact.law import (
     FLIGHT,
+    RESTITUTION,
     STICK,
     ContactState,
     without_history,
@@ -148,11 +149,13 @@ def contact_velocity(
 
 @kernel
 def shear_history(
-    normal_mode: int, tangential_mode: int, x: float, gap: float, contact: ContactState,
-    law: RoundTipLaw,
+    normal_mode: int, tangential_mode: int, x: float, gap: float, vt: float,
+    contact: ContactState, law: RoundTipLaw,
 ) -> tuple[float, float]:  # fmt: skip
     """(shear_ref, shear_hold), m and -, of the mode that follows `contact` at the springs' (X, u_Y)
-    of the last accepted step: u_Y is continuous, and its rate as a tip that sticks turns back.
+    of the last accepted step and their V_t, m/s: u_Y is continuous. Where a tip that sticks turns
+    back u_Y. would change by -h X., h of a continuous rate: that h is taken if the tip would turn
+    again at once.
     """
     ft, fn, tx, _, _ = force_and_slopes(x, gap, contact, law)
     after, hold = without_history(normal_mode, tangential_mode, 0.0, 0.0, 0.0), 0.0
@@ -160,6 +163,8 @@ def shear_history(
         change = strain_share(contact, law) - strain_share(after, law)
         slope = tx / (1.0 - law.memory[COMPLIANCE_XX] * tx)
         hold = contact.shear_hold + change * law.softening * shear_share(ft / fn)[1] * slope
+        turns_again = hold * vt > 0.0 if normal_mode == RESTITUTION else hold * vt < 0.0
+        hold = hold if turns_again else 0.0
     moved = law.memory[CONTACT_X] - contact.particle
     way = sheared_way(ft, fn, contact, law)[0] + contact.shear_hold * moved
     return way - sheared_way(ft, fn, after, law)[0] - hold * moved, hold

@@ -269,24 +269,27 @@ def test_a_sliding_tip_holds_where_restitution_outweighs_its_compliance(
 def test_a_sticking_tip_that_turns_back_does_not_turn_again(
     along: float, switches: dict[str, Any], angle: float
 ) -> None:
-    """Friction grows or falls: u_Y. vanishes after the reversal as before, and after the next."""
+    """Whether friction grows or falls, u_Y. is not against the new mode, and after the next
+    reversal neither; where it grows u_Y. vanishes, as before the reversal.
+    """
     tip = touched(law(0.5, mu=50.0, **switches), angle)  # no spring slips
     press(tip, TOUCH, at(0.0, DEEP, angle))
     q = at(0.5 * ETA2 * DEEP, DEEP, angle)
     press(tip, TOUCH, q)
     place, contact = tip_compliance.contact_position(q, 0, TOUCH, tip), TOUCH
 
-    def rising(up: float) -> float:
-        v = np.array([along, up, 0.0, 0.0])
-        return tip_compliance.contact_velocity(q, v, 0, contact, tip)[1]
+    def moving(up: float) -> tuple[float, float]:
+        return tip_compliance.contact_velocity(q, np.array([along, up, 0.0, 0.0]), 0, contact, tip)
 
-    up = -rising(0.0) / (rising(1.0) - rising(0.0))
+    up = -moving(0.0)[1] / (moving(1.0)[1] - moving(0.0)[1])
     assert abs(up) > 1e-4  # not at rest
-    for mode in (RESTITUTION, COMPRESSION):
-        contact, _ = transition(NORMAL, *place, 0.0, 0.0, contact, tip)
+    for mode, sign in ((RESTITUTION, 1.0), (COMPRESSION, -1.0)):
+        contact, _ = transition(NORMAL, *place, moving(up)[0], 0.0, contact, tip)
         assert contact.normal_mode == mode
         assert tip_compliance.contact_position(q, 0, contact, tip) == pytest.approx(place, rel=1e-9)
-        assert abs(rising(up)) < 1e-9
+        onwards = sign * moving(up)[1]
+        assert onwards > -1e-9
+        assert along < 0.0 or onwards < 1e-9
 
 
 def test_springs_that_slip_as_the_tip_leaves_dissipate_what_they_stored() -> None:

@@ -24,6 +24,12 @@ def reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
+def model_failure(scene: str, model: str, error: BaseException, where: str = "") -> RunFailedError:
+    """What ends a command where a model's own code fails, in one line; where : its trace is."""
+    text = " ".join(str(error).split()) or "no message"
+    return RunFailedError(f"scene {scene}, model {model}: {type(error).__name__}: {text}{where}")
+
+
 def file_reason(error: OSError) -> str:
     """What the system refused, after the file's name where it has one."""
     where = f"{error.filename}: " if error.filename else ""

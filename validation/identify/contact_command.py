@@ -65,15 +65,16 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
 
 def to_json(found: ContactIdentification) -> dict[str, Any]:
     """The object that ``--json`` prints and the file holds."""
+    yielding = found.yielding
     return {
         **{key: value for key, value in asdict(found).items() if key not in ("stiffness", "ratio")},
         "normal_stiffness_uncertainty_N_per_m": found.stiffness and found.stiffness.error,
         "normal_stiffness_verdict": found.stiffness and found.stiffness.verdict,
         "eta_squared_uncertainty": found.ratio and found.ratio.error,
         "eta_squared_verdict": found.ratio and found.ratio.verdict,
-        "tip_compliance_limit": {key: of.limit for key, of in found.yielding.items()},
-        "tip_compliance_uncertainty": {key: of.error for key, of in found.yielding.items()},
-        "tip_compliance_verdict": {key: of.verdict for key, of in found.yielding.items()},
+        "tip_compliance_limit": {key: of.limit for key, of in yielding.items()},
+        "tip_compliance_uncertainty": {key: of.error for key, of in yielding.items()},
+        "tip_compliance_verdict": {key: of.verdict for key, of in yielding.items()},
         "tangential_ratio": 1 / found.eta_squared,
         "reference_section": "through the hemisphere's centre, best-fit rigid motion",
     }

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from validation.errors import RunFailedError, UserError
+from validation.errors import RunFailedError, UserError, model_failure
 from validation.harness.files import safe_name, write_text
 from validation.harness.processes import CrashedError, call_isolated, peak_memory_MB, workers
 from validation.harness.record import RunRecord
@@ -132,16 +132,13 @@ def solve(
     except (UserError, KeyboardInterrupt):
         raise
     except (Exception, SystemExit) as error:  # a model made from a script may exit
-        text = " ".join(str(error).split()) or "no message"
         where = ""
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
             clear_run(folder)
             write_text(folder / "error.txt", traceback.format_exc())
             where = f"; its trace is in {folder / 'error.txt'}"
-        raise RunFailedError(
-            f"scene {scene.name}, model {model}: {type(error).__name__}: {text}{where}"
-        ) from error
+        raise model_failure(scene.name, model, error, where) from error
     # a model that runs another one, or another scene, returns a record with their names
     record = replace(relabelled(outcome.record, scene.name, None, scene.document), model=model)
     if record.summary.get("wall_time_s") is None:

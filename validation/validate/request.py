@@ -7,7 +7,7 @@ from pathlib import Path
 
 from validation.curve_files.contract import read_sidecar
 from validation.curve_files.read import Reference, is_curve_file, read_reference
-from validation.errors import RunFailedError, UserError
+from validation.errors import UserError, model_failure
 from validation.harness.quantities import COMPARED
 from validation.models import adapter, model_names
 from validation.scenes.load import NamedScene, load_scene
@@ -57,16 +57,14 @@ def plan_of(scenes: Sequence[str], models: str, reference: str, tolerance: str) 
     for option, name in asked:
         model = adapter(name, option)
         for scene in named.values():
-            who = f"scene {scene.name}, model {name}"
             try:
                 refused = model.refusal(scene)
             except UserError:
                 raise
-            except Exception as error:  # another package's
-                text = " ".join(str(error).split()) or "no message"
-                raise RunFailedError(f"{who}: {type(error).__name__}: {text}") from error
+            except (Exception, SystemExit) as error:  # another package's
+                raise model_failure(scene.name, name, error) from error
             if refused:
-                raise UserError(f"{who}: {refused}")
+                raise UserError(f"scene {scene.name}, model {name}: {refused}")
     sources = dict(zip(named, scenes or PAPER.scenes.values(), strict=True))
     return Plan(sources, tuple(wanted), reference, data, read_tolerances(tolerance))
 

@@ -252,6 +252,10 @@ def test_a_refusal_that_fails_ends_validate_in_one_line(
         ended = fingertap("validate", "soft", *roles)
         assert ended.code == 1
         assert "scene soft, model mine: ZeroDivisionError: of its own in two lines" in ended.line
+    install(lambda: SimpleNamespace(**{**vars(example), "refusal": lambda _: sys.exit()}))
+    ended = fingertap("validate", "soft", "--models", "mine")
+    assert ended.code == 1
+    assert "scene soft, model mine: SystemExit: no message" in ended.line
 
 
 def test_two_packages_with_a_model_of_one_name_are_refused(

@@ -2,7 +2,6 @@
 
 import math
 import operator
-import sys
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cache
 from numbers import Real
@@ -34,6 +33,11 @@ class Bound:
     at_most: float = math.inf
     integer: bool = False
 
+    def interval(self) -> tuple[float, float]:
+        """Smallest and largest float allowed."""
+        least, most = math.nextafter(self.above, math.inf), math.nextafter(self.below, -math.inf)
+        return max(self.at_least, least), min(self.at_most, most)
+
     def holds(self, value: Any) -> bool:
         """Whether a value is a number within the bounds; numpy's may be, truth values may not."""
         # in this order: the check against an abstract class costs ten times the rest
@@ -43,8 +47,8 @@ class Bound:
         if self.integer and not hasattr(value, "__index__"):
             return False
         number = value if plain else _plain(value)
-        inside = self.above < number < self.below and self.at_least <= number <= self.at_most
-        return inside and abs(number) <= sys.float_info.max  # a whole number may exceed it
+        low, high = self.interval()
+        return low <= number <= high
 
     def allowed(self) -> str:
         """Describe in words what is allowed."""
@@ -63,8 +67,10 @@ def check_fields(owner: Any) -> None:
 
     Raises ParameterError: naming the field, its value and what is allowed.
     """
-    for name, default, bounds, names, kinds, many in _declared(owner.__class__):
+    for name, default, bounds, names, kinds, many, plain, low, high in _declared(owner.__class__):
         value = getattr(owner, name)
+        if value.__class__ is plain and low <= value <= high:  # as most are
+            continue
         if value is None and default is None:
             continue
         if names and not (isinstance(value, NAME_TYPES) and value in names):
@@ -80,12 +86,10 @@ def check_fields(owner: Any) -> None:
             for bound in bounds:
                 if not bound.holds(part):
                     raise ParameterError(f"{name} = {part!r}: must be {bound.allowed()}")
-        if bounds:
-            # kernels are compiled for int or for float
-            plain = int if bounds[0].integer else float
-            if not {plain}.issuperset(map(type, parts)):
-                kept = tuple(map(plain, parts))
-                object.__setattr__(owner, name, kept if many else kept[0])
+        # kernels are compiled for int or for float
+        if bounds and not {plain}.issuperset(map(type, parts)):
+            kept = tuple(map(plain, parts))
+            object.__setattr__(owner, name, kept if many else kept[0])
 
 
 def _plain(number: Any) -> int | float:
@@ -103,20 +107,20 @@ def check_kind(name: str, value: Any, kind: type) -> None:
 
 
 @cache
-def _declared(
-    owner: type,
-) -> tuple[tuple[str, Any, tuple[Bound, ...], tuple[Any, ...], tuple[type, ...], bool], ...]:
-    """Name, default, bounds, allowed values and dataclasses of each field that declares any, and
-    whether it is a tuple.
+def _declared(owner: type) -> tuple[tuple[Any, ...], ...]:
+    """Of each field that declares any: name, default, bounds, allowed values and dataclasses,
+    whether it is a tuple, the type that its numbers are stored as, and the range of a single one.
     """
     found = []
-    for field in fields(owner):
-        bounds = getattr(field.type, "__metadata__", ())
-        of: Any = field.type.__origin__ if bounds else field.type  # type: ignore[union-attr]
+    for each in fields(owner):
+        bounds = getattr(each.type, "__metadata__", ())
+        of: Any = each.type.__origin__ if bounds else each.type  # type: ignore[union-attr]
         members = get_args(of) or (of,)
         names = members if get_origin(of) is Literal else (False, True) if bool in members else ()
         kinds = tuple([m for m in members if isinstance(m, type) and is_dataclass(m)])
         if names or bounds or kinds:
+            plain = (int if bounds[0].integer else float) if bounds else None
             many = get_origin(of) is tuple
-            found.append((field.name, field.default, bounds, names, kinds, many))
+            low, high = bounds[0].interval() if bounds and not many else (math.inf, -math.inf)
+            found.append((each.name, each.default, bounds, names, kinds, many, plain, low, high))
     return tuple(found)

@@ -91,7 +91,7 @@ def between_rows(time: Floats, values: Floats) -> float:
     """How far the largest of |values| lies below the vertex of the parabola through three rows."""
     size = np.abs(values)
     row = int(size.argmax())
-    return float(vertex(time, size, 0, size.size, row)[1] - size[row])
+    return vertex(time, size, 0, size.size, row)[1] - float(size[row])
 
 
 def rival_peaks(force: Floats, time: Floats, peak: float, error: float) -> Floats:

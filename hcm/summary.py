@@ -41,23 +41,6 @@ def extremes(
 
 
 @entry_with()
-def vertex(time: Floats, force: Floats, first: int, end: int, i: int) -> tuple[float, float]:
-    """Vertex of the parabola through row i of [first, end), the largest, and its neighbours."""
-    if first < i < end - 1:
-        left, right = time[i - 1] - time[i], time[i + 1] - time[i]
-        if left < 0.0 < right:
-            slope_left = (force[i] - force[i - 1]) / -left
-            slope_right = (force[i + 1] - force[i]) / right
-            second = (slope_right - slope_left) / (right - left)
-            if second < 0.0:
-                linear = slope_left - second * left
-                shift = -linear / (2.0 * second)
-                if left <= shift <= right:
-                    return time[i] + shift, force[i] - linear * linear / (4.0 * second)
-    return time[i], force[i]
-
-
-@entry_with()
 def stage_impulse(
     time: Floats, force: Floats, mode: NDArray[np.int8], weights: Floats, first: int, end: int
 ) -> float:
@@ -71,6 +54,23 @@ def stage_impulse(
             total += (time[i + rows] - time[i]) * weights[j] * force[i + 1 + j]
         i = next_contact_step(i + rows, time, mode, rows, end)
     return total
+
+
+def vertex(time: Floats, force: Floats, first: int, end: int, i: int) -> tuple[float, float]:
+    """Vertex of the parabola through row i of [first, end), the largest, and its neighbours."""
+    if first < i < end - 1:
+        before, at, after = time[i - 1 : i + 2].tolist()
+        f_before, f, f_after = force[i - 1 : i + 2].tolist()
+        left, right = before - at, after - at
+        if left < 0.0 < right:
+            slope_left, slope_right = (f - f_before) / -left, (f_after - f) / right
+            second = (slope_right - slope_left) / (right - left)
+            if second < 0.0:
+                linear = slope_left - second * left
+                shift = -linear / (2.0 * second)
+                if left <= shift <= right:
+                    return at + shift, f - linear * linear / (4.0 * second)
+    return float(time[i]), float(force[i])
 
 
 def summarize(

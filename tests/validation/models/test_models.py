@@ -1,4 +1,6 @@
 import json
+import subprocess
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
@@ -271,6 +273,33 @@ def test_what_an_accuracy_chooses_is_compiled_before_it_is_timed(
         ("rigid", "generalized-alpha", "gauss", False, True),
         ("elastic", "gauss", "gauss", False, True),
     ]
+
+
+LOADS = """
+import gc
+import hcm
+from numba.core.registry import CPUDispatcher
+from validation.models import hcm as reduced
+from validation.scenes.load import load_scene
+
+def loaded():
+    kernels = [k for k in gc.get_objects() if isinstance(k, CPUDispatcher)]
+    return {(k.py_func.__name__, signature) for k in kernels for signature in k.signatures}
+
+scene = load_scene("soft", ("solver.hcm.accuracy=1e-3",))
+of = reduced.Kernels("rigid", contact_integrator="gauss", within=True)
+reduced.warm_up_kernels(of)
+before = loaded()
+assert before
+hcm.simulate_within(1e-3, reduced.hcm_scene(scene, estimate=True))
+print(sorted(loaded() - before))
+"""
+
+
+def test_a_first_run_loads_no_kernel_after_the_warm_up() -> None:
+    """It loaded one with its first summary, and one with its first estimate: 3 of 4 ms."""
+    ran = subprocess.run([sys.executable, "-c", LOADS], capture_output=True, text=True, check=True)
+    assert ran.stdout == "[]\n"
 
 
 def test_an_element_that_is_not_the_default_is_compiled_before_it_is_timed(

@@ -1,6 +1,8 @@
 """Mesh the whole finger: phalanges are meshed one by one, snapped, numbered and put in a row."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -14,7 +16,7 @@ from meshes.mirror import turned_over
 from meshes.phalanx import mesh_phalanx
 from meshes.plan import PhalanxPlan, plan_finger
 from meshes.quality import volumes
-from meshes.sizing import Sizing
+from meshes.sizing import Sizing, require_bearable
 from meshes.topology import orient, outer_facets, renumber
 
 _METRES_PER_MM = 1e-3
@@ -52,7 +54,9 @@ def finger_quadrilaterals(geometry: FingerGeometry, sizing: Sizing) -> FingerMes
 def _assemble(geometry: FingerGeometry, sizing: Sizing, dim: int) -> FingerMesh:
     """Put the phalanges in a row, number them consecutively, and gather their sets."""
     plans = plan_finger(geometry, sizing, dim)
-    built = {plan: _prepare(mesh_phalanx(plan, dim), plan) for plan in dict.fromkeys(plans)}
+    check = partial(require_bearable, geometry, sizing)
+    built = {plan: _prepare(mesh_phalanx(plan, dim), plan, check) for plan in dict.fromkeys(plans)}
+    check(sum(len(built[plan].cells) for plan in plans))
     points: list[Floats] = []
     cells: list[Ints] = []
     node_sets: dict[str, Ints] = {}
@@ -96,13 +100,17 @@ def _assemble(geometry: FingerGeometry, sizing: Sizing, dim: int) -> FingerMesh:
     return mesh if sizing.contact_angle >= 0.0 else turned_over(mesh)
 
 
-def _prepare(phalanx: PhalanxMesh, plan: PhalanxPlan) -> PhalanxMesh:
-    """Snap to the analytic surfaces, orient the elements and number for locality."""
+def _prepare(phalanx: PhalanxMesh, plan: PhalanxPlan, check: Callable[[int], None]) -> PhalanxMesh:
+    """Snap to the analytic surfaces, orient the elements and number for locality.
+
+    check : refuses a number of elements; halving may multiply them by 2^dim each time.
+    """
     points = snap(phalanx, plan)
     cells = orient(points, phalanx.cells)
     cut = replace(phalanx, points=points, cells=cells, facets=outer_facets(cells))
     for _ in range(plan.halvings):
         cut = _cut_long(cut, plan)
+        check(len(cut.cells))
     if plan.full_volume:
         cut = with_full_volume(cut, plan)
         for role in ("proximal_face", "distal_face"):

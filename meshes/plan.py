@@ -222,7 +222,8 @@ def _require_room(geometry: FingerGeometry) -> None:
 
 
 def count_elements(geometry: FingerGeometry, sizing: Sizing, dim: int = 3) -> int:
-    """Number of elements that the mesh will have (half model in 3D), without building it.
+    """Number of elements that the mesh will have (half model in 3D) before any is halved, without
+    building it.
 
     Raises
     ------

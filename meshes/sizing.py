@@ -64,8 +64,8 @@ class Sizing:
     """Whether outer nodes, except where it touches, are moved outwards until the facets between
     them hold the body's whole volume; see `full_volume`."""
     max_elements: Annotated[int, Bound(integer=True, at_least=1)] = 2_000_000
-    """Meshes with more elements (as built, that is in the half model) are refused before anything
-    is allocated."""
+    """Meshes with more elements (as built, that is in the half model) are refused: before anything
+    is allocated, or by the halving that makes them so many."""
     max_updates: Annotated[float, Bound(above=0)] = 1e11
     """Elements times time steps of a tap, by the estimate of `require_bearable`; more are refused
     too. The default, three hours of one thread, is some ten times what `max_elements` even ones

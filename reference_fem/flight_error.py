@@ -100,10 +100,12 @@ class Flight:
         """
         touch = self.touch
         end = touch.time_s + 0.5 * (touch.time_s - start.time_s)
-        state_at, arrival = fly(other, start, gap, end, TOLERANCE)
-        if arrival is None:
-            return None
-        found = state_at(arrival)
+        found = start
+        if gap(start.angles) > 0.0:  # else between the facets and the round end that they stand for
+            state_at, arrival = fly(other, start, gap, end, TOLERANCE)
+            if arrival is None:
+                return None
+            found = state_at(arrival)
         return None if np.abs(found.angles - touch.angles).max() > OTHER_TOUCH_ANGLE else found
 
 

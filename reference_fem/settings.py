@@ -170,7 +170,7 @@ class Settings:
     ] = 0.1
     """f in the nodal stiffness k_i = f K A_i / h_i of "penalty" (see `contact.penalty`)."""
     surface_factor: Annotated[
-        float, Bound(above=0, at_most=1e6, advice="1000 adds 1 % of Hertz's compliance")
+        float, Bound(above=0, at_most=1e6, advice="1000 adds 0.5 % of Hertz's compliance")
     ] = 1000.0
     """f in the modulus κ = f E*/R of "surface" (see `contact.surface.contact_modulus`)."""
     contact_damping: Annotated[float, Bound(at_least=0, at_most=1, advice="0.2 is usual")] = 0.2
@@ -203,7 +203,7 @@ class Settings:
     """A tap's touches are those that begin within this time of its first one, so that two models
     can be compared over the same touches; 0: the rule decides (`dynamics.tap`)."""
     max_contact_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 5e-3
-    """Longest contact to follow; beyond it the run ends as STILL_IN_CONTACT."""
+    """Longest tap to follow, after `tap_until_s`; beyond it the run ends as STILL_IN_CONTACT."""
     max_flight_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0
     """Longest fall to wait for; beyond it the run ends as NOT_REACHED."""
     output_interval: Annotated[int | None, Bound(integer=True, at_least=1)] = None

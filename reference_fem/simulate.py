@@ -78,6 +78,13 @@ def simulate(
     check_optional("restart", restart, Restart)
     check_optional("companion", companion, meshes.FingerMesh)
     check_optional("compared", compared, TapResult)
+    if companion is not None and (
+        (companion.dim, companion.phalanges) != (mesh.dim, mesh.phalanges)
+    ):
+        raise ValueError(
+            f"companion: {companion.dim}D with {companion.phalanges} phalanges: must be a mesh of"
+            f" the run's finger, {mesh.dim}D with {mesh.phalanges}"
+        )
     run, solved = _solve(scene, progress, restart)
     run = replace(run, given=scene.given)
     if not settings.estimate or run.status is not Status.COMPLETED:
@@ -90,8 +97,8 @@ def simulate(
         tap = replace(scene, mesh=other, settings=once, start=state, flight_mesh=None)
         try:
             return _solve(tap)[0]
-        except CutsSurfaceError:  # a start just above the run's mesh may cut into the other
-            return None
+        except ValueError:  # a start just above the run's mesh may cut into the other, or the
+            return None  # other's edges may ask for more than max_steps
 
     try:
         if progress is not None:
@@ -151,8 +158,8 @@ def _run_from_start(
     way.
     """
     chain, rigid = chain_and_start(model.chain, start)
-    gap, height = surface_gap(model, chain), model.surface.height
-    clearance = gap(rigid.angles)
+    gap, inner, height = surface_gap(model, chain), inner_gap(model, chain), model.surface.height
+    clearance = min(gap(rigid.angles), inner(rigid.angles))
     if clearance <= 0.0:
         raise CutsSurfaceError(
             f"height = {height}: the surface cuts {-clearance:.3g} m into the finger "
@@ -163,12 +170,13 @@ def _run_from_start(
     if settings.flight == "rigid":
         if reporting.progress is not None:
             reporting.progress(0.0, "rigid flight")
-        longest = min(settings.max_flight_time_s, settings.end_time_s or math.inf)
+        left = math.inf if settings.end_time_s is None else settings.end_time_s - rigid.time_s
+        longest = min(settings.max_flight_time_s, left)
         status = Status.NOT_REACHED
         message = f"height = {height}: the surface is not reached within {longest:.6g} s"
         try:
             flown = descent(chain, gap, rigid, settings)
-            if flown and (at := flown.closing_of(chain, inner_gap(model, chain))) is not None:
+            if flown and (at := flown.closing_of(chain, inner)) is not None:
                 flown, status = None, Status.PASSED_THROUGH
                 message = (
                     f"a phalanx before the last, which alone can touch, meets the surface at t ="

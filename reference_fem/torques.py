@@ -20,7 +20,7 @@ POINTS = 32
 class Torques:
     """Torques on P joints or bodies.
 
-    times : (n,), s, rising
+    times : (n,), s, in rising order; two equal ones make a jump
     values : (n, P), N·m
     """
 

@@ -88,7 +88,7 @@ def predicted_touch(
 ) -> Touch:
     """The touch of the finger of `geometry` in a rigid state at the surface.
 
-    With the mobility G of the ball's lowest point (`RigidChain.mobility`) and friction in gross
+    With the mobility G of the lowest point (`RigidChain.mobility`) and friction in gross
     slip, F_t = r F_n, r = -μ sgn v_x, the point meets the surface with the mass m = 1/(G_yy + r
     G_yx), or with 1/G_yy where that is not positive (Painlevé's jamming).
     The largest force is that of Hertz's ball, or of his disc, of that mass (`hertz_impact`).
@@ -104,12 +104,15 @@ def predicted_touch(
     """
     chain = true_chain(geometry, materials, drive, dim)
     radius, axis = geometry.radii[-1], float(state.angles[-1])
-    reach = geometry.lengths[-1] - radius
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
-    lowest = hinge - reach * np.array([math.cos(axis), math.sin(axis)]) - [0.0, radius]
-    if math.sin(axis) < 0.0:
-        down = math.copysign(radius, math.cos(axis))
-        lowest = hinge + down * np.array([math.sin(axis), -math.cos(axis)])
+    along = np.array([math.cos(axis), math.sin(axis)])
+    rim = math.copysign(radius, along[0]) * np.array([along[1], -along[0]])
+    if along[1] < 0.0:
+        lowest = hinge + rim
+    elif geometry.tip == "hemisphere":
+        lowest = hinge - (geometry.lengths[-1] - radius) * along - [0.0, radius]
+    else:
+        lowest = hinge - geometry.lengths[-1] * along + rim
     mobility, velocity = chain.mobility(state, lowest)
     slip = -surface.friction * float(np.sign(velocity[0]))
     yielding = float(mobility[1, 1] + slip * mobility[1, 0])

@@ -16,6 +16,8 @@ LEGENDRE = np.polynomial.legendre.leggauss(POINTS)
 """Nodes and weights on -1..1; an eigenvalue problem, solved once."""
 LARGEST_CHANGE = 0.5
 """Largest relative change of a node's mass by `mass_factors`."""
+LARGEST_CONDITION = 1e12
+"""Condition of `mass_factors`' equations beyond which they tell nothing: nodes on a circle."""
 
 
 def true_chain(
@@ -107,7 +109,10 @@ def mass_factors(
         arm = (points[nodes, :2] - centre) / length
         basis = np.stack([np.ones(nodes.size), *arm.T, (arm**2).sum(axis=1)])
         wanted = np.array([true.mass[w], 0.0, 0.0, true.inertia[w] / length**2]) / symmetry_factor
-        change = np.linalg.solve(basis * mass @ basis.T, wanted - basis @ mass) @ basis
+        matrix = basis * mass @ basis.T
+        if np.linalg.cond(matrix) > LARGEST_CONDITION:
+            continue
+        change = np.linalg.solve(matrix, wanted - basis @ mass) @ basis
         if np.abs(change).max() <= LARGEST_CHANGE:
             factors[nodes] += change
     return factors

@@ -80,10 +80,12 @@ def _energy(
     error, allowed = abs(taken.energy_balance_J), settings.energy_tolerance
     scale = max(largest_kinetic, taken.kinetic_energy_J)
     if error > allowed * scale:
-        # A body at rest has no kinetic energy to compare with: its potential over H stands in.
+        # A body at rest has no kinetic energy to compare with: its potential over H stands in, and
+        # without gravity the energy of strains of 1e-10, far above round-off.
         weight = model.symmetry_factor * model.mass.sum() * math.hypot(*model.gravity_vector)
         potential = weight * model.surface.height
-        scale = max(scale, 1e-6 * potential)
+        strained = 1e-20 * float(model.kernel.cell_volume @ model.kernel.mu)
+        scale = max(scale, 1e-6 * potential, strained)
     if error > allowed * scale:
         lost = taken.energy_balance_J < 0.0
         return (

@@ -169,11 +169,12 @@ def _solve(
         step = np.linalg.solve(matrix, -r)
         size, length = np.linalg.norm(r), 1.0
         for _ in range(HALVINGS):
-            following, active = residual(x + length * step)
+            tried = x + length * step
+            following, active = residual(tried)
             if active.any() and np.linalg.norm(following) < size:
                 break
             length *= 0.5
-        x, r, touching = x + length * step, following, active
+        x, r, touching = tried, following, active
         if np.abs(r).max() < 1e-11 * scale:
             return float(x[k]), x[:k]
     raise ArithmeticError(

@@ -111,3 +111,14 @@ def test_mirrored_halves_share_what_hangs_in_the_plane() -> None:
 def test_no_file_has_hanging_nodes(tmp_path: object) -> None:
     with pytest.raises(meshes.MeshError, match="a file cannot hold hanging nodes"):
         meshes.write(BUILD[2](PAPER, FULL), f"{tmp_path}/mesh.vtu")
+
+
+def test_halves_count_too() -> None:
+    """1216 elements are planned; halved five times they are 12,521."""
+    finger = meshes.FingerGeometry((0.04,), (0.015,))
+    sizing = meshes.Sizing(
+        3e-3, 3e-3, 1e-4, patch_size=3e-3, halvings=5, max_elements=2000, contact_angle=0.9
+    )
+    assert meshes.count_elements(finger, sizing) < 2000
+    with pytest.raises(meshes.MeshError, match=r"elements .* above max_elements = 2000"):
+        meshes.finger_hexahedra(finger, sizing)

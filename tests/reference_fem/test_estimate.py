@@ -479,6 +479,46 @@ def test_a_mesh_without_its_shape_has_no_errors_of_flight(estimated: rf.TapResul
     assert apart > 4e-4
 
 
+def test_a_start_below_the_round_end_is_its_touch() -> None:
+    """27 um above the facets the outline that they stand for is in the surface already: all errors
+    were infinite, as if the tap grazed.
+    """
+    mesh = meshes.finger_quadrilaterals(FINGER, meshes.SIZINGS["fast"])
+    settings = rf.Settings(contact="impulse")
+    model = build_model(mesh, HARD, SURFACE, DRIVE, settings)
+    facets, outline = surface_gap(model, model.chain), true_gap(FINGER, SURFACE.height)
+    turned = [np.array([0.5, 0.6, last]) for last in np.linspace(0.5, 1.0, 60)]
+    sagitta, at = max((facets(angles) - outline(angles), i) for i, angles in enumerate(turned))
+    angles = turned[at]
+    assert sagitta > 1e-5
+    surface = rf.Surface(SURFACE.height - outline(angles) - 0.4 * sagitta, 0.5)
+    start = rf.ChainState(angles, np.array([10.0, 12.0, 14.0]), 0.0)
+    run = rf.simulate(mesh, HARD, surface, DRIVE, settings, start=start)
+    assert run.status is rf.Status.COMPLETED
+    assert 0.0 < run.errors["contact_time_s"] < 2.0 * sagitta / 0.5
+
+
+def test_a_companion_of_another_finger_is_refused_before_the_run() -> None:
+    mesh = meshes.finger_quadrilaterals(FINGER, COARSE)
+    two = meshes.FingerGeometry(FINGER.lengths[:2], FINGER.diameters[:2])
+    for other, why in (
+        (meshes.finger_quadrilaterals(two, COARSE), "2D with 2 phalanges"),
+        (meshes.finger_hexahedra(FINGER, COARSE), "3D with 3 phalanges"),
+    ):
+        with pytest.raises(ValueError, match=f"companion: {why}: must be .* 2D with 3"):
+            rf.simulate(mesh, HARD, SURFACE, DRIVE, companion=other)
+
+
+def test_a_companion_with_too_many_steps_leaves_the_run_to_its_own_edges() -> None:
+    """Its refusal, after the run, lost the run."""
+    settings = rf.Settings(contact="impulse", max_steps=1500)
+    mesh = meshes.finger_quadrilaterals(FINGER, COARSE)
+    other = meshes.finger_quadrilaterals(FINGER, meshes.Sizing(4e-3, 7e-3, 2e-5))
+    run = rf.simulate(mesh, HARD, SURFACE, DRIVE, settings, companion=other)
+    assert run.status is rf.Status.COMPLETED
+    assert "this mesh's edges alone" in run.cautions[-1]
+
+
 def test_without_companion_or_estimate_the_run_is_the_same(estimated: rf.TapResult) -> None:
     alone, none = tap(finer=False), tap(estimate=False)
     assert none.errors == {}

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import meshes
-from reference_fem import Drive, ForceRecord, Material, Settings, Surface
+from reference_fem import Drive, Material, Settings, Surface
 from reference_fem.dynamics.recorder import Thinned
 from reference_fem.elements.kinds import chord_thickness
 from reference_fem.model import build_model
@@ -116,8 +116,3 @@ def test_thinned_record_is_equally_spaced_and_bounded() -> None:
         assert record.items[0] == 0
         if number >= 10:
             assert len(record.items) >= 5
-
-
-def test_force_record_is_exported() -> None:
-    empty = np.empty(0)
-    assert ForceRecord(empty, empty, empty, empty).time_s.size == 0

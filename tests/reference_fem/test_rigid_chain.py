@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
+import meshes
+import reference_fem as rf
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
 from reference_fem.rigid_flight import first_closing, fly
 from reference_fem.torques import Torques
+from reference_fem.true_body import mass_factors, true_chain
+from tests.reference_fem.taps import SOFT
 
 LENGTH, RADIUS, DENSITY, GRAVITY = 0.04, 0.0075, 1400.0, 9.8
 MASS = DENSITY * np.pi * RADIUS**2 * LENGTH
@@ -186,3 +190,12 @@ def test_pose_keeps_hinges_together_and_velocity_is_its_derivative() -> None:
     )
     # Central difference: error h^2 w^3 L / 6 = 4e-13, round-off 1e-17/h = 1e-11.
     assert np.allclose((ahead - back) / (2 * h), v, rtol=0, atol=1e-10)
+
+
+def test_nodes_on_a_circle_keep_their_masses() -> None:
+    """Their mass, centre and inertia can't be chosen apart: a singular matrix, or rounding alone."""
+    geometry = meshes.FingerGeometry((0.04,), (0.015,), "flat")
+    corners = np.array([[0.0, 0.0, -0.04, -0.04], [0.0075, -0.0075, 0.0075, -0.0075]]).T
+    true = true_chain(geometry, (SOFT[0],), rf.Drive(), 2)
+    mass = np.full(4, 0.25 * true.mass[0])
+    assert (mass_factors(corners, mass, [np.arange(4)], true, 1) == 1.0).all()

@@ -234,6 +234,33 @@ def test_never_reached(plane_mesh: meshes.FingerMesh) -> None:
     assert early.status is rf.Status.NOT_REACHED
 
 
+def test_the_time_to_a_run_end_counts_from_its_start(plane_mesh: meshes.FingerMesh) -> None:
+    start = rf.ChainState(np.zeros(3), np.zeros(3), 1.0)
+    result = tap(plane_mesh, start=start, end_time_s=1.05)
+    assert result.status is rf.Status.NOT_REACHED
+    assert "not reached within 0.05 s" in result.message
+
+
+@pytest.mark.parametrize("flight", ["rigid", "explicit"])
+def test_no_phalanx_may_start_below_the_surface(plane_mesh: meshes.FingerMesh, flight: str) -> None:
+    """The first two may not touch: a rigid flight with rims 13 mm below the surface COMPLETED."""
+    start = rf.ChainState(np.array([1.2, -0.6, -0.3]), np.array([-120.0, -40.0, 0.0]), 0.0)
+    with pytest.raises(ValueError, match="the surface cuts 0.0.* m into the finger"):
+        tap(plane_mesh, surface=rf.Surface(0.03, 0.5), start=start, flight=flight)
+
+
+def test_a_body_at_rest_without_gravity_stays_for_as_long_as_it_is_not_driven(
+    plane_mesh: meshes.FingerMesh,
+) -> None:
+    """Round-off of 5e-23 J was 255 % of the largest kinetic energy: UNSTABLE."""
+    start = rf.ChainState(np.array([0.3, 0.5, 0.7]), np.zeros(3), 0.0)
+    still = tap(
+        plane_mesh, drive=rf.Drive(gravity=0.0), start=start, flight="explicit",
+        end_time_s=2e-3, output_interval=100,
+    )  # fmt: skip
+    assert still.status is rf.Status.NOT_REACHED
+
+
 def test_window_too_short(plane_mesh: meshes.FingerMesh) -> None:
     result = tap(plane_mesh, max_contact_time_s=5e-5)
     assert result.status is rf.Status.STILL_IN_CONTACT

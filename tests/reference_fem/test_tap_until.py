@@ -12,12 +12,10 @@ MESH = meshes.finger_quadrilaterals(
 )
 
 
-def fallen(until_s: float, end_time_s: float | None = None) -> rf.TapResult:
-    rubber = (rf.Material(4.4e7, 0.44, 1000.0),)
-    return tap(
-        MESH, rubber, rf.Surface(0.0387, 0.27), max_contact_time_s=0.05, estimate=False,
-        tap_until_s=until_s, end_time_s=end_time_s,
-    )  # fmt: skip
+def fallen(until_s: float, **settings: float) -> rf.TapResult:
+    rubber, settings = (rf.Material(4.4e7, 0.44, 1000.0),), {"max_contact_time_s": 0.05} | settings
+    surface = rf.Surface(0.0387, 0.27)
+    return tap(MESH, rubber, surface, estimate=False, tap_until_s=until_s, **settings)
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +37,16 @@ def test_a_tap_has_the_touches_that_begin_until_then(touches: list[tuple[float, 
             lasts = run.summary.contact_duration_s
             # it begins between two steps
             assert lasts == pytest.approx(end, abs=1.01 * run.summary.time_step_s)
+
+
+def test_a_time_beyond_the_longest_contact_is_waited_for(
+    touches: list[tuple[float, float]],
+) -> None:
+    """It ended as "in contact" after `max_contact_time_s`, while nothing touched."""
+    until_s = touches[1][1]
+    run, wanted = fallen(until_s, max_contact_time_s=0.5 * until_s), fallen(until_s)
+    assert run.status is rf.Status.COMPLETED
+    assert run.summary.contact_duration_s == wanted.summary.contact_duration_s
 
 
 def test_within_one_touch_it_is_the_tap_of_the_rule(touches: list[tuple[float, float]]) -> None:

@@ -10,6 +10,7 @@ import reference_fem as rf
 from reference_fem import ChainState, Drive, Material, Settings, Surface, predicted_touch
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start, pose
+from reference_fem.true_body import true_gap
 from tests.reference_fem.taps import GEOMETRY, SOFT, SURFACE, tap
 
 R, L = 0.0075, 0.04
@@ -89,6 +90,18 @@ def test_a_finger_that_moves_away_or_swung_over_has_a_touch_too(tilt: float, ang
     touch = predicted_touch(ROD, (MATERIAL,), Surface(0.03, 0.5), Drive(), state)
     assert (touch.speed, touch.force) == (0.0, 0.0)
     assert touch.angle == pytest.approx(0.5 * math.pi + angle, rel=1e-14)
+
+
+@pytest.mark.parametrize("tip", ["hemisphere", "flat"])
+@pytest.mark.parametrize("tilt", [0.2, 1.2, 2.5, -0.4])
+def test_the_touch_has_the_speed_at_which_the_gap_closes(tip: str, tilt: float) -> None:
+    finger = meshes.FingerGeometry((L, L), (2 * R, 2 * R), tip)
+    angles, rates, surface = np.array([0.7, tilt]), np.array([20.0, 12.0]), Surface(0.1, 0.5)
+    state, h = ChainState(angles, rates, 0.0), 1e-7
+    touch = predicted_touch(finger, (MATERIAL,) * 2, surface, Drive(), state)
+    gap = true_gap(finger, surface.height)
+    closing = (gap(angles - h * rates) - gap(angles + h * rates)) / (2.0 * h)
+    assert touch.speed == pytest.approx(max(closing, 0.0), rel=1e-6)
 
 
 @pytest.mark.parametrize("tilt", [-0.1, -3.0])

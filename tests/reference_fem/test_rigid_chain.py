@@ -193,7 +193,7 @@ def test_pose_keeps_hinges_together_and_velocity_is_its_derivative() -> None:
 
 
 def test_nodes_on_a_circle_keep_their_masses() -> None:
-    """Their mass, centre and inertia can't be chosen apart: a singular matrix, or rounding alone."""
+    """Mass, centre and inertia can't be chosen apart: a singular matrix, or rounding alone."""
     geometry = meshes.FingerGeometry((0.04,), (0.015,), "flat")
     corners = np.array([[0.0, 0.0, -0.04, -0.04], [0.0075, -0.0075, 0.0075, -0.0075]]).T
     true = true_chain(geometry, (SOFT[0],), rf.Drive(), 2)

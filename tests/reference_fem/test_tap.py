@@ -245,7 +245,7 @@ def test_the_time_to_a_run_end_counts_from_its_start(plane_mesh: meshes.FingerMe
 def test_no_phalanx_may_start_below_the_surface(plane_mesh: meshes.FingerMesh, flight: str) -> None:
     """The first two may not touch: a rigid flight with rims 13 mm below the surface COMPLETED."""
     start = rf.ChainState(np.array([1.2, -0.6, -0.3]), np.array([-120.0, -40.0, 0.0]), 0.0)
-    with pytest.raises(ValueError, match="the surface cuts 0.0.* m into the finger"):
+    with pytest.raises(ValueError, match=r"the surface cuts 0.0.* m into the finger"):
         tap(plane_mesh, surface=rf.Surface(0.03, 0.5), start=start, flight=flight)
 
 

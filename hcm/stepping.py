@@ -7,6 +7,8 @@ from typing import NamedTuple
 from hcm import loop
 from hcm.beam.drive import piece_at
 from hcm.contact.law import FLIGHT, ContactState
+from hcm.integrators.gauss_tableau import GaussIntegrator
+from hcm.integrators.step import AnyIntegrator
 from hcm.model import Model
 from hcm.parameters import GAUSS, Settings
 from hcm.record import Segment, empty_record, next_segment
@@ -71,7 +73,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
     until = model.limits if model.tap_ends is None else model.limits._replace(taps=1)
     try:
-        integrator = model.integrator()
+        whole = integrator = model.integrator()
         kind = integrator.__class__, integrator.law.__class__
         while status is Status.COMPLETED and code == loop.RUNNING:
             last, spent = segments[-1], int(cost[0])
@@ -109,6 +111,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
                 further := _further(model, segments, motion, over_s, other_ends)
             ):
                 until, code = further, loop.RUNNING
+                integrator = whole if last.totals.time in over_s else _as_in_contact(whole)
             if progress is not None:
                 progress(*_fraction(model, last))
     except KeyboardInterrupt:
@@ -121,6 +124,9 @@ def _further(
     other_ends: list[OtherEnd],
 ) -> StepLimits | None:  # fmt: skip
     """Limits to go on with after a stop to check whether the tap is over; None: the run is done.
+
+    Between the touches of a tap the steps are those in contact: a flight's tolerance, relative to
+    the surface's depth, may be a hundredth of an indentation.
 
     over_s : gets the time when a tap is over. other_ends : gets the near ends of the first tap.
     """
@@ -142,7 +148,22 @@ def _further(
             over_s.append(totals.time)
             if len(taps) >= model.limits.taps:
                 return None
-    return model.limits._replace(taps=totals.taps + 1, end_time=min(check_s, model.limits.end_time))
+    limits = model.limits._replace(
+        taps=totals.taps + 1, end_time=min(check_s, model.limits.end_time)
+    )
+    if check_s == math.inf:
+        return limits
+    return limits._replace(
+        flight_step=min(limits.flight_step, limits.contact_step),
+        flight_tolerance=min(limits.flight_tolerance, limits.contact_tolerance),
+    )
+
+
+def _as_in_contact(integrator: AnyIntegrator) -> AnyIntegrator:
+    """The integrator with the method of contact in flight too."""
+    if isinstance(integrator, GaussIntegrator):
+        return integrator._replace(flight=integrator.contact)
+    return integrator
 
 
 def _tip_in_s(model: Model, segments: list[Segment], motion: Motion) -> float:

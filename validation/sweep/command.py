@@ -1,8 +1,9 @@
 """``fingertap sweep``: many scenes through models, here or on a cluster."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
+from functools import partial
 from pathlib import Path
 
 import xarray
@@ -87,20 +88,26 @@ def solve_plan(
     if had := len(distinct) - len(todo):
         say(f"{folder / 'results.jsonl'} has {had} of {len(distinct)} results")
     retried: dict[str, Row] = {}
+    begun = not todo
     try:
         if todo:
-            clear_report(folder)
-            dataset.clear(folder)
-            with progress_bar(f"sweep {chosen.name}") as progress:
-                _solve(chosen, todo, len(distinct), finished, retried, where, progress)
+            models = tuple(dict.fromkeys(task.model for task in todo))
+            with (
+                progress_bar(f"sweep {chosen.name}") as progress,
+                _crew(models, where, partial(progress, had / len(distinct))) as crew,
+            ):
+                begun = True  # before, the folder stays as it is
+                clear_report(folder)
+                dataset.clear(folder)
+                _solve(crew, chosen, todo, len(distinct), finished, retried, progress)
     finally:
-        # the results so far, also if the sweep is interrupted
-        rows = [[dataset.SweepResult()] * len(chosen.solvers) for _ in range(len(points))]
-        for task in tasks:
-            found = finished.load(task.inputs) or retried.get(task.run)
-            rows[task.point][task.solver] = dataset.solved(found)
-        whole = dataset.build(chosen, points, rows)
-        dataset.write(folder, whole)
+        if begun:  # the results so far, also if the sweep is interrupted
+            rows = [[dataset.SweepResult()] * len(chosen.solvers) for _ in range(len(points))]
+            for task in tasks:
+                found = finished.load(task.inputs) or retried.get(task.run)
+                rows[task.point][task.solver] = dataset.solved(found)
+            whole = dataset.build(chosen, points, rows)
+            dataset.write(folder, whole)
     return whole, [found["message"] for found in retried.values()]
 
 
@@ -116,14 +123,24 @@ def _tasks(plan: Plan, points: PointTable) -> Iterator[SweepTask]:
             yield task_of(point, number, solver.model, plan.scene, plan.document, overrides)
 
 
+def _crew(
+    models: tuple[str, ...], where: tuple[int | None, str | None], doing: Callable[[str], None]
+) -> AbstractContextManager[Crew]:
+    """Workers here, for which kernels are compiled first, or those of a cluster."""
+    workers, address = where
+    doing("starting")
+    if address is not None:
+        return dask_cluster(address, models)
+    compile_in_fresh_process(models, doing)
+    return processes_here(workers)
+
+
 def _solve(
-    plan: Plan, todo: list[SweepTask], total: int, finished: LineStore,
-    retried: dict[str, Row], where: tuple[int | None, str | None], progress: Progress,
+    crew: Crew, plan: Plan, todo: list[SweepTask], total: int, finished: LineStore,
+    retried: dict[str, Row], progress: Progress,
 ) -> None:  # fmt: skip
     """Solve what is not finished; rows that are to be tried again go to `retried`."""
-    models = tuple(dict.fromkeys(task.model for task in todo))
     done = total - len(todo)
-    progress(done / total, "starting")
 
     def keep(task: SweepTask, found: Row) -> None:
         nonlocal done
@@ -136,12 +153,4 @@ def _solve(
         done += 1
         progress(done / total, f"{task.model}, {done} of {total} runs")
 
-    workers, address = where
-    crew: AbstractContextManager[Crew]
-    if address is None:
-        compile_in_fresh_process(models, lambda what: progress(done / total, what))
-        crew = processes_here(workers)
-    else:
-        crew = dask_cluster(address, models)
-    with crew as busy:
-        solve_all(busy, plan.scene, plan.document, todo, keep)
+    solve_all(crew, plan.scene, plan.document, todo, keep)

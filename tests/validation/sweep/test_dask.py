@@ -158,13 +158,18 @@ def test_a_cluster_that_cannot_be_used_is_refused(
     monkeypatch.setattr("validation.sweep.executor.CONNECT_S", 0.5)
     path = written(tmp_path)
     nobody = f"tcp://127.0.0.1:{free_port()}"
+    folder = tmp_path / "sweep" / "plan"
     ended = fingertap("sweep", path, "--dask", nobody, "--out", tmp_path)
     assert "no scheduler answers" in ended.refusal
+    assert not any(folder.glob("sweep.*"))
+    page = folder / "index.html"  # an earlier sweep's, which a mistyped address deleted
+    page.write_text("finished", encoding="utf-8")
     with monkeypatch.context() as patch:  # a client that refuses an address takes a minute to end
         patch.setattr("distributed.Client", None)
         for address in ("carrier-pigeon://loft", "nonsense", "http://127.0.0.1:8787", "tcp://a:b"):
             ended = fingertap("sweep", path, "--dask", address, "--out", tmp_path)
             assert "no scheduler answers" in ended.refusal
+    assert page.read_text(encoding="utf-8") == "finished"
     monkeypatch.setattr("validation.sweep.executor.CONNECT_S", 30.0)
     with cluster(tmp_path, 1, threads=2) as (port, _):
         address = f"tcp://127.0.0.1:{port}"

@@ -16,7 +16,7 @@ from functools import partial
 from types import MappingProxyType
 
 from hcm.bounds import ParameterError
-from hcm.chosen import Chosen, choose, settings_for
+from hcm.chosen import STATED, Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
 from hcm.estimate import (
     CAUTION_ERROR,
@@ -49,6 +49,11 @@ ACCURACY_QUANTITIES = (
     "contact_time_s",
 )
 """Fields of the summary whose relative errors an accuracy bounds."""
+RESOLVING = (
+    "elements", "flight_elements", "flight_step", "flight_tolerance", "contact_step",
+    "contact_tolerance",
+)  # fmt: skip
+"""Settings that bound a run's errors."""
 TRANSITION_COUNTS = ("compression_to_restitution", "stick_to_slip", "slip_to_stick")
 
 
@@ -104,7 +109,7 @@ def simulate_within(
             kept, choices = second, (Choice("accuracy", target, f"solved again: {reason}"),)
     result, expected = kept.result, kept.expected
     if expected is not None and expected > accuracy:
-        result = _short(result, expected, accuracy, kept.chance)
+        result = _short(result, expected, accuracy, kept.chance, _stated(kept.chosen))
     return replace(
         result,
         statistics=replace(result.statistics, wall_time_s=spent),
@@ -204,6 +209,8 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
         finger = chosen.scene.finger
         bent = bending_wave_stress(fall.ringing + fall.bending, finger.phalanges[-1])
         late = omitted_time(fall.largest / fall.speed, finger, fall.time)
+    stated = _stated(chosen)
+    remedy = "ask for a smaller accuracy" + f" without stating {stated}" * bool(stated)
     # not estimated from two runs: `SAFETY`, which multiplies all errors below, does not apply
     omitted = bent / SAFETY, late / SAFETY
     apart_by = companion_errors(result, coarse, of_stress, left_out, *omitted)
@@ -213,9 +220,9 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     }
     cautions = (
         *result.cautions,
-        *caution(relative_errors(result.summary, errors), settings, held=True),
+        *caution(relative_errors(result.summary, errors), settings, remedy),
         *later_taps(tap_peaks(result), tap_peaks(coarse)),
-        *other_transitions(result, coarse),
+        *other_transitions(result, coarse, remedy),
     )
     both = result.summary, coarse.summary
     pairs = [[getattr(of, name) for of in both] for name in ACCURACY_QUANTITIES]
@@ -226,21 +233,33 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
     return replace(result, errors=errors, cautions=cautions), expected
 
 
-def other_transitions(result: TapResult, coarse: TapResult) -> tuple[str, ...]:
+def _stated(chosen: Chosen) -> str:
+    """The scene's keys that keep a run's errors as they are, whatever accuracy is asked for."""
+    keys = [c.setting for c in chosen.choices if c.reason == STATED and c.setting in RESOLVING]
+    return ", ".join(
+        "finger.elements" if key == "elements" else f"solver.hcm.{key}" for key in keys
+    )
+
+
+def other_transitions(result: TapResult, coarse: TapResult, remedy: str) -> tuple[str, ...]:
     """Caution about the first tap's transitions if the coarser run has more or fewer of them."""
     both = result.summary, coarse.summary
     counts = [(name, *(getattr(of, name) for of in both)) for name in TRANSITION_COUNTS]
     apart = ", ".join(f"{name} {own} against {its}" for name, own, its in counts if own != its)
-    caution = f"transitions are not resolved ({apart} in coarser steps); ask for a smaller accuracy"
+    caution = f"transitions are not resolved ({apart} in coarser steps); {remedy}"
     return (caution,) if apart else ()
 
 
-def _short(result: TapResult, expected: float, accuracy: float, chance: bool) -> TapResult:
+def _short(
+    result: TapResult, expected: float, accuracy: float, chance: bool, stated: str
+) -> TapResult:
     """The run that did not get to its accuracy, and what that makes of it."""
     if chance and expected > CAUTION_ERROR:
         ratio = COMPANION_ERROR_RATIO
         doubt = f"; a run at {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
         return result.as_ended(Status.UNREPEATABLE, doubt)
     error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
-    short = f"expects {error}; {accuracy:g} was wanted"
+    short = f"expects {error}; {accuracy:g} was wanted" + f", but {stated} are stated" * bool(
+        stated
+    )
     return replace(result, cautions=(*result.cautions, short))

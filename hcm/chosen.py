@@ -80,6 +80,8 @@ SETTINGS = (
     "newton_tolerance",
 )  # fmt: skip
 """Settings that are chosen unless they are stated."""
+STATED = "stated"
+"""The reason of a choice that the scene has made."""
 
 
 @dataclass(frozen=True)
@@ -185,7 +187,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     if made.pop("elements", None) is not None:
         pairs = zip(phalanges, counts, strict=True)
         finger = Finger(tuple([replace(p, elements=n) for p, n in pairs]))
-    stated_choices = (Choice(name, stated[name], "stated") for name in SETTINGS if name in stated)
+    stated_choices = (Choice(name, stated[name], STATED) for name in SETTINGS if name in stated)
     kept = (*(c for c in choices if c.setting not in stated), *stated_choices)
     made_of = replace(scene, finger=finger, settings=replace(scene.settings, **made))
     return Chosen(made_of, kept, flight.error, flight.followed, fall)

@@ -203,10 +203,10 @@ def relative_errors(summary: Summary, errors: Errors) -> dict[str, float]:
     return shares
 
 
-def caution(shares: dict[str, float], settings: Settings, held: bool = False) -> tuple[str, ...]:
+def caution(shares: dict[str, float], settings: Settings, remedy: str = "") -> tuple[str, ...]:
     """One line that names what is known to less than `CAUTION_ERROR`, and the remedy.
 
-    held : whether the settings follow from an accuracy.
+    remedy : another one than smaller tolerances or steps and more elements.
     """
     poor = sorted((name for name in shares if shares[name] > CAUTION_ERROR), key=shares.__getitem__)
     if not poor:
@@ -215,7 +215,7 @@ def caution(shares: dict[str, float], settings: Settings, held: bool = False) ->
     controlled = settings.flight_tolerance > 0.0 and settings.contact_tolerance > 0.0
     kind = "tolerance" if controlled else "step"
     smaller = f"solver.hcm.flight_{kind} and solver.hcm.contact_{kind}"
-    remedy = "ask for a smaller accuracy" if held else f"reduce {smaller}, or raise finger.elements"
+    remedy = remedy or f"reduce {smaller}, or raise finger.elements"
     return (f"estimated errors beyond {_percent(CAUTION_ERROR)}: {known}; {remedy}",)
 
 

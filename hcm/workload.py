@@ -60,11 +60,11 @@ def check_size(finger: Finger, settings: Settings, start_s: float = 0.0) -> None
     """
     size = run_size(finger, settings, start_s)
     if size.memory_bytes > MEMORY_LIMIT:
+        frames = f" and {len(settings.frame_times)} frame_times" if settings.frame_times else ""
         raise ParameterError(
-            f"elements = {size.elements} in all, max_steps = {settings.max_steps} and"
-            f" {len(settings.frame_times)} frame_times may need {size.memory_bytes / 2**30:.3g} GiB"
-            f" and take {size.seconds:.3g} s or more: must need at most"
-            f" {MEMORY_LIMIT / 2**30:g} GiB; reduce them"
+            f"max_steps = {settings.max_steps}, with {size.elements} elements{frames}, may need"
+            f" {size.memory_bytes / 2**30:.3g} GiB: must need at most"
+            f" {MEMORY_LIMIT / 2**30:g} GiB; reduce it, or the elements or frames"
         )
     if size.least_steps > settings.max_steps:
         raise ParameterError(

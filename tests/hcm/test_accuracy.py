@@ -126,9 +126,22 @@ def test_a_run_that_is_cut_has_no_other_beside_it(assumptions: str, touch: float
 def test_transitions_that_a_coarser_run_counts_otherwise_are_told() -> None:
     run = hcm.simulate_scene(SOFT_SCENE)
     other = replace(run, summary=replace(run.summary, stick_to_slip=run.summary.stick_to_slip + 2))
-    assert other_transitions(run, run) == ()
-    (told,) = other_transitions(run, other)
+    assert other_transitions(run, run, "wait") == ()
+    (told,) = other_transitions(run, other, "wait")
+    assert told.endswith("; wait")
     assert told.startswith("transitions are not resolved (stick_to_slip 0 against 2 in coarser")
+
+
+def test_what_the_scene_states_is_said_to_stand_in_the_way() -> None:
+    """A smaller accuracy was asked for where it changes nothing."""
+    steps = {"contact_step": 2e-5, "contact_integrator": "generalized-alpha"}
+    scene = replace(SOFT_SCENE, settings=replace(SOFT_SCENE.settings, **steps, estimate=True))
+    result = simulate_within(1e-4, scene, steps | {"elements": 10})
+    assert result.status is hcm.Status.COMPLETED
+    *_, poor, short = result.cautions
+    keys = "finger.elements, solver.hcm.contact_step"
+    assert poor.endswith(f"; ask for a smaller accuracy without stating {keys}")
+    assert short.endswith(f"; 0.0001 was wanted, but {keys} are stated")
 
 
 def test_a_located_peaks_time_is_not_known_by_rows() -> None:

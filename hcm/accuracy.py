@@ -259,7 +259,6 @@ def _short(
         doubt = f"; a run at {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
         return result.as_ended(Status.UNREPEATABLE, doubt)
     error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
-    short = f"expects {error}; {accuracy:g} was wanted" + f", but {stated} are stated" * bool(
-        stated
-    )
+    short = f"expects {error}; {accuracy:g} was wanted"
+    short += ", which settings that the scene states do not allow" * bool(stated)
     return replace(result, cautions=(*result.cautions, short))

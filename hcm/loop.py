@@ -8,9 +8,9 @@ can be interrupted.
 import math
 
 from hcm.arrays import Floats
-from hcm.beam.chain import Probe
 from hcm.beam.equations import depends_on_velocity
 from hcm.beam.outline import Outline, depth
+from hcm.beam.probe import Probe
 from hcm.compiled import ByKind, entry_with, inlined, kernel
 from hcm.contact.contract import (
     begin_mode,

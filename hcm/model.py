@@ -18,10 +18,11 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
-from hcm.beam.chain import Chain, Probe, build_chain, build_probe
+from hcm.beam.chain import Chain, build_chain
 from hcm.beam.customized_mass import customized
 from hcm.beam.drive import Piece, torques_on_nodes
 from hcm.beam.outline import Outline, build_outline, depth_by_kind
+from hcm.beam.probe import Probe, build_probe, smooth_probe
 from hcm.beam.refinement import beams_of, refine_chain, shear_number, touching_height
 from hcm.bounds import Bound, check_fields
 from hcm.compiled import entry
@@ -151,8 +152,11 @@ def build_model(scene: Scene) -> Model:
     finger = beams_of(whole, assumptions)
     chain, q = build_chain(finger, drive)
     last, height = whole.phalanges[-1], touching_height(whole, surface, assumptions)
+    probe = build_probe(finger)
     if assumptions.any:
         chain = refine_chain(chain, whole, drive, assumptions)
+        rigidity = 1 / (1 + shear_number(finger.phalanges[-1], assumptions))
+        probe = smooth_probe(finger, last.length, rigidity)
     v, (angles, start_s) = np.zeros(q.size), rods_state(finger, start)
     if start is not None:
         q, v = rigid_motion(finger, chain, start)
@@ -178,9 +182,7 @@ def build_model(scene: Scene) -> Model:
     return Model(
         settings=settings,
         chain=chain,
-        probe=build_probe(
-            finger, last.length, 1 / (1 + shear_number(finger.phalanges[-1], assumptions))
-        ),
+        probe=probe,
         outline=outline,
         drive=torques_on_nodes(drive, len(finger.phalanges)),
         generalized_alpha=plain,

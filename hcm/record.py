@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats, Ints
-from hcm.beam.chain import Chain, Probe
+from hcm.beam.chain import Chain
 from hcm.beam.energy import energies, stress_at_probe
+from hcm.beam.probe import Probe
 from hcm.compiled import ByKind, entry_with, kernel, kernel_with
 from hcm.contact.contract import (
     axis_end,

@@ -6,10 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.beam.chain import Probe
 from hcm.beam.drive import Piece, piece_at, set_drive
 from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
+from hcm.beam.probe import Probe
 from hcm.compiled import ByKind, entry
 from hcm.contact.contract import Law, begin_mode, contact_position, contact_velocity
 from hcm.contact.events import NORMAL, transition

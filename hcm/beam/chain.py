@@ -13,7 +13,6 @@ in the nodes' places and, in the accelerations, the multipliers in the hinges' p
 
 from __future__ import annotations
 
-import math
 import sys
 from typing import NamedTuple
 
@@ -64,20 +63,6 @@ class Chain(NamedTuple):
     place_roundoff: float
     relaxation: Floats
     damped: bool
-
-
-class Probe(NamedTuple):
-    """Section R, mid-length of the last phalanx: one element, or the two that meet there.
-
-    elements : (2,) indices of the elements; abscissa : (2,) x/l in each.
-    youngs_modulus : Pa; radius : d/2, m. rigidity : 1/(1 + Phi) of `hcm.beam.refinement`.
-    """
-
-    elements: Ints
-    abscissa: Floats
-    youngs_modulus: float
-    radius: float
-    rigidity: float
 
 
 @kernel
@@ -189,22 +174,3 @@ def _roundoff(section_properties: list[tuple[float, ...]]) -> float:
         force = (12 * bending / el**2 + axial) * (1.0 + tau * FASTEST / el)
         largest = max(largest, force / (SOFTEST_MASS * per_length * el))
     return sys.float_info.epsilon * largest
-
-
-def build_probe(finger: Finger, length: float | None = None, rigidity: float = 1.0) -> Probe:
-    """Locate section R at mid-length of the last phalanx; its beam may be shorter than `length`."""
-    last = finger.phalanges[-1]
-    offset = sum(p.elements for p in finger.phalanges[:-1])
-    share, middle = math.modf(0.5 * last.elements * ((length or last.length) / last.length))
-    middle = min(offset + int(middle), offset + last.elements - 1)
-    if share:
-        elements, abscissa = [middle] * 2, [share, share]
-    else:  # r'' jumps at a node: the two sides are averaged
-        elements, abscissa = [middle - 1, middle], [1.0, 0.0]
-    return Probe(
-        np.array(elements, dtype=np.int64),
-        np.array(abscissa),
-        float(last.youngs_modulus),
-        last.diameter / 2,
-        rigidity,
-    )

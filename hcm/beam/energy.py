@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.beam.chain import Chain, Probe, stiffness
+from hcm.beam.chain import Chain, stiffness
 from hcm.beam.element import kinetic_energy, polynomials, shape_of, strain_energy
+from hcm.beam.probe import Probe
 from hcm.compiled import kernel
 
 
@@ -26,7 +27,7 @@ def energies(q: Floats, v: Floats, chain: Chain) -> tuple[float, float, float]:
 
 @kernel
 def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
-    """Axial stress at R, sigma = E (s + tau ds/dt), Pa, of the strain s = e - k d/2.
+    """Axial stress at R by `probe`, sigma = E (s + tau ds/dt), Pa, of the strain s = e - k d/2.
 
     k is the signed curvature (r' x r'')/|r'|.
 
@@ -35,7 +36,7 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
     l r'' = 2 B + 4 C t; with shear, C is multiplied by 1/(1 + Phi).
     """
     stress = 0.0
-    for i in range(2):
+    for i in range(probe.elements.size):
         e, t = probe.elements[i], 2.0 * probe.abscissa[i] - 1.0
         a, length = chain.first[e], chain.length[e]
         ax, bx, dx, ay, by, dy = polynomials(shape_of(q[a : a + 8], length))
@@ -53,5 +54,5 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
             bending = (bending - ry * (2.0 * bx + bend * dx)) / (length * np.sqrt(r2))
             bending -= curvature * stretching / r2
             strain += chain.relaxation[e] * (stretching - bending * probe.radius)
-        stress += 0.5 * probe.youngs_modulus * strain
+        stress += probe.weights[i] * probe.youngs_modulus * strain
     return stress

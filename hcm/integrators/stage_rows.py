@@ -4,8 +4,8 @@ The loss of a sliding tip is a quadrature of F_t V_P, of the stages' order.
 """
 
 from hcm.arrays import Floats
-from hcm.beam.chain import Probe
 from hcm.beam.equations import depends_on_velocity, dissipated_power
+from hcm.beam.probe import Probe
 from hcm.compiled import by_type, kernel
 from hcm.contact.contract import (
     contact_force,

@@ -11,10 +11,11 @@ from hcm import loop
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
-from hcm.beam.chain import Chain, Probe, build_chain
+from hcm.beam.chain import Chain, build_chain
 from hcm.beam.equations import residual, tangent
 from hcm.beam.minimal_coordinates import acceleration, expand, minimal_coordinates
 from hcm.beam.outline import Outline
+from hcm.beam.probe import Probe
 from hcm.beam.refinement import beams_of, refine_chain
 from hcm.contact.law import IN_FLIGHT, ContactLaw, ContactState, contact_law
 from hcm.integrators.gauss_tableau import with_collocation
@@ -160,7 +161,7 @@ def integrate(
     integrator = with_collocation(plain, stages, True, in_contact) if collocation else plain
     totals = initial_totals(start.time_s, step)
     limits = StepLimits(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
-    probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), 1.0, 0.0, 1.0)
+    probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), np.full(2, 0.5), 1.0, 0.0, 1.0)
     without_body = Outline(np.empty(0), 0, 0.0, 0.0, 1e6)
     assert initial_acceleration(old, start.contact, plain)
     record = empty_record(rows + 1, rows, chain, FrameTable(np.empty(0), np.empty((0, n))))

@@ -5,7 +5,7 @@ import pytest
 from numpy.polynomial import Polynomial
 
 import hcm
-from hcm.beam.chain import build_chain, build_probe
+from hcm.beam.chain import build_chain
 from hcm.beam.element import (
     fill_matrices,
     inertia,
@@ -17,6 +17,8 @@ from hcm.beam.element import (
     tangent_stiffness,
 )
 from hcm.beam.energy import stress_at_probe
+from hcm.beam.probe import build_probe, smooth_probe
+from tests.hcm.cases import order_of
 
 LENGTH, EA, EI, RHO_A = 0.008, 1.8e5, 2.5, 0.25
 MASS, BENDING = np.empty((4, 4)), np.empty((4, 4))
@@ -166,6 +168,42 @@ def test_stress_at_r_of_a_bent_and_stretched_bar(elements: int, direction: float
     if elements % 2 == 0:  # both sides of a node agree here, the bar being smooth
         assert probe.elements[0] != probe.elements[1]
     assert stress_at_probe(q, np.zeros(q.size), chain, probe) == pytest.approx(expected, rel=1e-10)
+
+
+@pytest.mark.parametrize("parity", [0, 1])
+@pytest.mark.parametrize(("smooth", "order"), [(False, 2.0), (True, 4.0)])
+def test_order_of_the_stress_at_r_in_a_bar_of_varying_curvature(
+    parity: int, smooth: bool, order: float
+) -> None:
+    """A bar of small deflection a sin w s, w = 2/L, has k = -a w^2 sin 1 at its middle.
+
+    Cubics through its nodes, whatever their number's parity: of order 2 at R, 4 by Gauss points.
+    """
+    counts, errors = np.array([6, 12, 24, 48]) + parity, []
+    length, a, wave = 0.04, 1e-6, 2 / 0.04
+    exact = 1e9 * (0.5 * (a * wave * np.cos(1.0)) ** 2 + a * wave**2 * np.sin(1.0) * 0.0075)
+    for n in counts:
+        finger = hcm.Finger((hcm.Phalanx(length, 0.015, 1e9, 1400.0, int(n)),))
+        chain, q = build_chain(finger, hcm.Drive())
+        s = length * np.arange(n + 1) / n
+        nodes = s, a * np.sin(wave * s), np.ones(n + 1), a * wave * np.cos(wave * s)
+        q[2:] = np.stack(nodes, axis=1).ravel()
+        probe = smooth_probe(finger, length, 1.0) if smooth else build_probe(finger)
+        stress = stress_at_probe(q, np.zeros(q.size), chain, probe)
+        errors.append(abs(stress / exact - 1.0))
+    assert order_of(1.0 / counts, errors) == pytest.approx(order, abs=0.3)
+
+
+@pytest.mark.parametrize(("elements", "length"), [(1, 0.04), (2, 0.04), (5, 0.05), (7, 0.09)])
+def test_places_of_a_smooth_stress_give_a_cubic_exactly(elements: int, length: float) -> None:
+    """A line on one element. R is at half of `length`, or at the end of a shorter beam."""
+    finger = hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements),) * 2)
+    probe = smooth_probe(finger, length, 1.0)
+    el, at = 0.04 / elements, min(0.5 * length, 0.04)
+    places = el * (probe.elements - elements + probe.abscissa)
+    assert ((probe.abscissa > 0.2) & (probe.abscissa < 0.8)).all()
+    for power in range(min(2 * elements, 4)):
+        assert probe.weights @ places**power == pytest.approx(at**power)
 
 
 @pytest.mark.parametrize("by", [3.0, 5.0, 7.0, 9.0, 1.7e-3])

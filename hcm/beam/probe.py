@@ -1,7 +1,7 @@
 """Where the stress at section R, mid-length of the last phalanx, is read.
 
 The paper's model reads it at R itself, where the curvature of cubic elements of length l is wrong
-by l^2 k''/12 at a node and by -l^2 k''/24 in the middle of an element. It is most accurate at an
+by -l^2 k''/12 at a node and by l^2 k''/24 in the middle of an element. It is most accurate at an
 element's two Gauss points (Barlow, Int. J. Numer. Methods Eng. 10, 1976): the refined model reads
 it at the four of them nearest to R, as the cubic through them.
 """

@@ -52,6 +52,9 @@ class Assumptions:
     """The tip's compliance grows with the radius of the patch."""
     radiating_tip: bool | None = None
     """F_n has a part -D k^2 g. by the speed of approach: waves carry energy away from the patch."""
+    cauchy_stress: bool | None = None
+    """The stress at R is Cauchy's at finite strain (St. Venant-Kirchhoff), as the finite elements
+    read it, instead of E times the strain."""
     whole_tap: bool | None = None
     """A touch that soon follows a separation belongs to the same tap (`hcm.tap`)."""
 

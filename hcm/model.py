@@ -156,7 +156,7 @@ def build_model(scene: Scene) -> Model:
     if assumptions.any:
         chain = refine_chain(chain, whole, drive, assumptions)
         rigidity = 1 / (1 + shear_number(finger.phalanges[-1], assumptions))
-        probe = smooth_probe(finger, last.length, rigidity)
+        probe = smooth_probe(finger, last.length, rigidity, assumptions.has("cauchy_stress"))
     v, (angles, start_s) = np.zeros(q.size), rods_state(finger, start)
     if start is not None:
         q, v = rigid_motion(finger, chain, start)

@@ -29,7 +29,8 @@ def energies(q: Floats, v: Floats, chain: Chain) -> tuple[float, float, float]:
 def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
     """Axial stress at R by `probe`, sigma = E (s + tau ds/dt), Pa, of the strain s = e - k d/2.
 
-    k is the signed curvature (r' x r'')/|r'|.
+    k is the signed curvature (r' x r'')/|r'|. Terms of second order in e and k d/2 (`probe`) have
+    no rates.
 
     The finger points along -X at rest, so its lower surface lies on the left of r', where a
     positive (left-turning) curvature shortens the fibres. With r' = A + B t + C t^2,
@@ -46,6 +47,9 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
         r2 = rx * rx + ry * ry
         curvature = (rx * ky - ry * kx) / (length * np.sqrt(r2))
         strain = 0.5 * (r2 - 1.0) - curvature * probe.radius
+        axial, bent = 0.5 * (r2 - 1.0), -curvature * probe.radius
+        ee, eb, bb = probe.second_order[0], probe.second_order[1], probe.second_order[2]
+        strain += ee * axial * axial + eb * axial * bent + bb * bent * bent
         if chain.damped:
             ax, bx, dx, ay, by, dy = polynomials(shape_of(v[a : a + 8], length))
             vx, vy = ax + t * (bx + t * dx), ay + t * (by + t * dy)

@@ -54,7 +54,7 @@ def beams_of(finger: Finger, assumptions: Assumptions) -> Finger:
             f"length = {last.length!r} of the last phalanx: must be longer than its round end, "
             f"{last.diameter / 2:g} m; lengthen it, or switch half_ball and lowest_point off"
         )
-    for needs in ("shear", "hertz", "tip_compliance"):
+    for needs in ("shear", "hertz", "tip_compliance", "cauchy_stress"):
         if assumptions.has(needs) and any(p.poisson_ratio is None for p in finger.phalanges):
             raise ParameterError(f"poisson_ratio = None: {needs} needs a number in [0, 0.5)")
     if not assumptions.has("lowest_point"):

@@ -161,7 +161,9 @@ def integrate(
     integrator = with_collocation(plain, stages, True, in_contact) if collocation else plain
     totals = initial_totals(start.time_s, step)
     limits = StepLimits(step, step, taps, end_time, 0.0, 0.0, np.inf, np.inf)
-    probe = Probe(np.full(2, chain.first.size - 1), np.full(2, 0.5), np.full(2, 0.5), 1.0, 0.0, 1.0)
+    probe = Probe(
+        np.full(2, chain.first.size - 1), *np.full((2, 2), 0.5), 1.0, 0.0, 1.0, np.zeros(3)
+    )
     without_body = Outline(np.empty(0), 0, 0.0, 0.0, 1e6)
     assert initial_acceleration(old, start.contact, plain)
     record = empty_record(rows + 1, rows, chain, FrameTable(np.empty(0), np.empty((0, n))))

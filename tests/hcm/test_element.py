@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
+from scipy.interpolate import CubicSpline
+from scipy.optimize import fsolve
 
 import hcm
 from hcm.beam.chain import build_chain
@@ -204,6 +206,47 @@ def test_places_of_a_smooth_stress_give_a_cubic_exactly(elements: int, length: f
     assert ((probe.abscissa > 0.2) & (probe.abscissa < 0.8)).all()
     for power in range(min(2 * elements, 4)):
         assert probe.weights @ places**power == pytest.approx(at**power)
+
+
+def fitted_stress(e: float, b: float, nu: float) -> float:
+    """Cauchy's stress over E at the surface of a St. Venant-Kirchhoff rod of radius 1.
+
+    Its force is E A e |r'|, its moment about the centroid E I |r'| k with k = -b, as the model's.
+    Fibres stretch by stretch - turn eta and contract by (1 - 2 nu e_11)^(1/2); the fit is linear in
+    y.
+    """
+    y, weights = np.polynomial.legendre.leggauss(120)
+    weights = weights * np.sqrt(1.0 - y**2) / np.sum(weights * np.sqrt(1.0 - y**2))
+    length = np.sqrt(1.0 + 2.0 * e)
+
+    def fields(stretch: float, turn: float) -> tuple[np.ndarray, ...]:
+        eta = y
+        for _ in range(30):  # contraction and strain depend on each other
+            strain = 0.5 * ((stretch - turn * eta) ** 2 - 1.0)
+            across = CubicSpline(y, np.sqrt(1.0 - 2.0 * nu * strain)).antiderivative()
+            eta = across(y) - across(0.0)
+        return strain, stretch - turn * eta, eta
+
+    def missing(unknown: np.ndarray) -> list[float]:
+        strain, fibre, eta = fields(*unknown)
+        force, arm = weights @ (fibre * strain), eta - weights @ eta
+        moment = -weights @ (fibre * strain * arm)
+        return [force - e * length, 4.0 * moment + b * length]
+
+    strain, fibre, _ = fields(*fsolve(missing, [length, -b], xtol=1e-13))
+    stress = fibre * strain / (1.0 - 2.0 * nu * strain)
+    return float(weights @ stress + 4.0 * (weights @ (stress * y)))
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.48])
+@pytest.mark.parametrize(("e", "b"), [(1.0, 0.0), (0.0, 1.0), (0.3, -1.0), (-0.4, 0.8)])
+def test_cauchy_stress_is_right_to_second_order(e: float, b: float, nu: float) -> None:
+    finger = hcm.Finger((hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 4, poisson_ratio=nu),))
+    ee, eb, bb = smooth_probe(finger, 0.04, 1.0, cauchy=True).second_order
+    for size in (1e-2, 1e-3):
+        axial, bent = size * e, size * b
+        told = axial + bent + ee * axial**2 + eb * axial * bent + bb * bent**2
+        assert abs(told - fitted_stress(axial, bent, nu)) < 2.0 * size**3
 
 
 @pytest.mark.parametrize("by", [3.0, 5.0, 7.0, 9.0, 1.7e-3])

@@ -20,6 +20,7 @@ ORDER = (
     "deforming_tip",
     "growing_patch",
     "radiating_tip",
+    "cauchy_stress",
 )
 
 

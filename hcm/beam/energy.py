@@ -46,10 +46,11 @@ def stress_at_probe(q: Floats, v: Floats, chain: Chain, probe: Probe) -> float:
         kx, ky = 2.0 * bx + bend * dx, 2.0 * by + bend * dy
         r2 = rx * rx + ry * ry
         curvature = (rx * ky - ry * kx) / (length * np.sqrt(r2))
-        strain = 0.5 * (r2 - 1.0) - curvature * probe.radius
-        axial, bent = 0.5 * (r2 - 1.0), -curvature * probe.radius
-        ee, eb, bb = probe.second_order[0], probe.second_order[1], probe.second_order[2]
-        strain += ee * axial * axial + eb * axial * bent + bb * bent * bent
+        stretch = r2 - 1.0
+        strain = 0.5 * stretch - curvature * probe.radius
+        of_stretch, of_both = probe.second_order[0], probe.second_order[1]
+        strain += stretch * (of_stretch * stretch + of_both * curvature)
+        strain += probe.second_order[2] * curvature * curvature
         if chain.damped:
             ax, bx, dx, ay, by, dy = polynomials(shape_of(v[a : a + 8], length))
             vx, vy = ax + t * (bx + t * dx), ay + t * (by + t * dy)

@@ -29,7 +29,8 @@ class Probe(NamedTuple):
 
     elements : (m,) indices; abscissa : (m,) x/l in each; weights : (m,).
     youngs_modulus : Pa; radius : d/2, m. rigidity : 1/(1 + Phi) of `hcm.beam.refinement`.
-    second_order : (3,), coefficients of e^2, e b and b^2; zero where the stress is E (e + b).
+    second_order : (3,), the terms above as coefficients of (2 e)^2, 2 e k and k^2, b = -k d/2; zero
+        where the stress is E (e + b).
     """
 
     elements: Ints
@@ -66,9 +67,11 @@ def smooth_probe(finger: Finger, length: float, rigidity: float, cauchy: bool = 
     element = near.astype(np.int64)
     others = [np.delete(near, i) for i in range(near.size)]
     weights = [float(np.prod((at - x) / (own - x))) for own, x in zip(near, others, strict=True)]
-    nu = last.poisson_ratio or 0.0
-    second = np.array([1.0 + 2.0 * nu, 1.0 + 5.0 * nu, 0.5 * nu]) if cauchy else np.zeros(3)
+    nu, radius = last.poisson_ratio or 0.0, last.diameter / 2
+    second = np.array(
+        [0.25 * (1.0 + 2.0 * nu), -0.5 * radius * (1.0 + 5.0 * nu), 0.5 * nu * radius**2]
+    )
     return Probe(
         offset + element, near - element, np.array(weights), float(last.youngs_modulus),
-        last.diameter / 2, rigidity, second,
+        radius, rigidity, second if cauchy else np.zeros(3),
     )  # fmt: skip

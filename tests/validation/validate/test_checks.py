@@ -135,7 +135,7 @@ def test_plan_runs_the_paper_in_full_and_others_alone() -> None:
     asked = [wanted[0].accuracy_of("hcm"), wanted[1].accuracy_of("fem")]
     assert asked == [DEFAULT_ACCURACY["hcm"], DEFAULT_ACCURACY["fem"]]
     refined = validation_jobs(plan_of(("soft",), "hcm-refined", "fem2d", ""))
-    assert [len(group) for group in refined] == [1, 1, 11 + 10]  # step by step, and each left out
+    assert [len(group) for group in refined] == [1, 1, 12 + 11]  # step by step, and each left out
 
 
 @pytest.mark.parametrize(

@@ -92,7 +92,7 @@ def test_the_waterfall_says_what_its_runs_say_of_themselves(
         "fingertap: caution: soft, fem3d and 1 more: it is wet",
         "fingertap: caution: soft, hcm + shear: UNBALANCED: it is dry",
         f"fingertap: caution: soft, {ignored}",
-        "fingertap: error: scene soft: 1 of 21 reduced runs failed: + shear",
+        "fingertap: error: scene soft: 1 of 23 reduced runs failed: + shear",
     ]
     folder = tmp_path / "waterfall" / "soft"
     caption, *table = (folder / "waterfall.md").read_text(encoding="utf-8").splitlines()

@@ -24,7 +24,7 @@ from reference_fem.rigid_chain import ChainState, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, inner_gap, surface_gap
 from reference_fem.scene import Scene, check_optional
 from reference_fem.settings import Drive, Material, Settings, Surface
-from reference_fem.workload import check_work
+from reference_fem.workload import TooLongError, check_work
 
 # A force evaluation of this many cells takes about a millisecond on one thread.
 THREADED_CELLS = 8000
@@ -97,8 +97,8 @@ def simulate(
         tap = replace(scene, mesh=other, settings=once, start=state, flight_mesh=None)
         try:
             return _solve(tap)[0]
-        except ValueError:  # a start just above the run's mesh may cut into the other, or the
-            return None  # other's edges may ask for more than max_steps
+        except (CutsSurfaceError, TooLongError):  # nodes may lie lower, edges ask for more
+            return None
 
     try:
         if progress is not None:

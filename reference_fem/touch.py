@@ -11,7 +11,7 @@ from reference_fem.hertz import hertz_impact
 from reference_fem.rigid_chain import ChainState, chain_and_start
 from reference_fem.rigid_flight import fly
 from reference_fem.settings import Drive, Material, Surface
-from reference_fem.true_body import true_chain, true_gap
+from reference_fem.true_body import lowest_point, true_chain, true_gap
 
 
 @dataclass(frozen=True)
@@ -105,14 +105,8 @@ def predicted_touch(
     chain = true_chain(geometry, materials, drive, dim)
     radius, axis = geometry.radii[-1], float(state.angles[-1])
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
-    along = np.array([math.cos(axis), math.sin(axis)])
-    rim = math.copysign(radius, along[0]) * np.array([along[1], -along[0]])
-    if along[1] < 0.0:
-        lowest = hinge + rim
-    elif geometry.tip == "hemisphere":
-        lowest = hinge - (geometry.lengths[-1] - radius) * along - [0.0, radius]
-    else:
-        lowest = hinge - geometry.lengths[-1] * along + rim
+    reach, *offset = lowest_point(geometry, axis)
+    lowest = hinge - reach * np.array([math.cos(axis), math.sin(axis)]) + offset
     mobility, velocity = chain.mobility(state, lowest)
     slip = -surface.friction * float(np.sign(velocity[0]))
     yielding = float(mobility[1, 1] + slip * mobility[1, 0])

@@ -65,20 +65,28 @@ def true_chain(
     )
 
 
-def true_gap(geometry: meshes.FingerGeometry, height: float) -> Callable[[Array], float]:
-    """Height of the last phalanx's lowest point above the plane, m, as a function of the angles.
+def lowest_point(geometry: meshes.FingerGeometry, axis: float) -> tuple[float, float, float]:
+    """The last phalanx's lowest point: how far along its axis from its hinge, m, and where from
+    there, (x, y) m. axis : of the phalanx below the horizontal, rad.
 
-    A phalanx at θ below the horizontal has its round end's lowest point R below the ball's centre
-    where the end points down, else the rims' R |cos θ| below their centres.
+    The ball's where the end points down, R below its centre, else a rim's, R |cos axis| below its
+    centre: that at the hinge, or at a flat end that points down.
     """
-    radius, last = geometry.radii[-1], geometry.lengths[-1]
-    ball = radius if geometry.tip == "hemisphere" else 0.0
+    radius, length = geometry.radii[-1], geometry.lengths[-1]
+    along, dip = math.cos(axis), math.sin(axis)
+    if dip >= 0.0 and geometry.tip == "hemisphere":
+        return length - radius, 0.0, -radius
+    down = math.copysign(radius, along)
+    return length if dip >= 0.0 else 0.0, down * dip, -down * along
+
+
+def true_gap(geometry: meshes.FingerGeometry, height: float) -> Callable[[Array], float]:
+    """Height of the last phalanx's lowest point above the plane, m, as a function of the angles."""
 
     def gap(angles: Array) -> float:
         hinge = -float(np.dot(geometry.lengths[:-1], np.sin(angles[:-1])))
-        dip, rim = math.sin(angles[-1]), radius * abs(math.cos(angles[-1]))
-        end = radius if ball and dip > 0.0 else rim
-        return min(hinge - rim, hinge - (last - ball) * dip - end) + height
+        reach, _, below = lowest_point(geometry, angles[-1])
+        return hinge - reach * math.sin(angles[-1]) + below + height
 
     return gap
 

@@ -10,6 +10,10 @@ UPDATES_PER_S = 1e7
 YEAR_S = 365.25 * 86400.0
 
 
+class TooLongError(ValueError):
+    """A run would take more than `Settings.max_steps` steps."""
+
+
 def check_work(model: Model, settings: Settings, start_s: float) -> None:
     """Refuse a run whose known length is more than `settings.max_steps` steps.
 
@@ -17,7 +21,7 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
     transit of a wave along the last phalanx, as no tap is shorter (the soft finger's contact takes
     4.2 of them in 3D, 2.0 in plane stress).
 
-    Raises ValueError: with the number of steps and the time that they would take.
+    Raises TooLongError: with the number of steps and the time that they would take.
     """
     remedy = "shorten it"
     if settings.end_time_s is not None:
@@ -32,7 +36,7 @@ def check_work(model: Model, settings: Settings, start_s: float) -> None:
         remedy = "raise it, enlarge the smallest elements"
     steps = (end - start_s) / model.step_s
     if steps > settings.max_steps:
-        raise ValueError(
+        raise TooLongError(
             f"{key}: asks for {math.ceil(steps):.3g} steps of {model.step_s:.3g} s, about "
             f"{duration(steps * len(model.cells) / UPDATES_PER_S)} with {len(model.cells)} "
             f"elements; above solver.fem.max_steps = {settings.max_steps}: {remedy} or raise that"

@@ -152,11 +152,12 @@ def build_model(scene: Scene) -> Model:
     finger = beams_of(whole, assumptions)
     chain, q = build_chain(finger, drive)
     last, height = whole.phalanges[-1], touching_height(whole, surface, assumptions)
-    probe = build_probe(finger)
     if assumptions.any:
         chain = refine_chain(chain, whole, drive, assumptions)
         rigidity = 1 / (1 + shear_number(finger.phalanges[-1], assumptions))
         probe = smooth_probe(finger, last.length, rigidity, assumptions.has("cauchy_stress"))
+    else:
+        probe = build_probe(finger)
     v, (angles, start_s) = np.zeros(q.size), rods_state(finger, start)
     if start is not None:
         q, v = rigid_motion(finger, chain, start)

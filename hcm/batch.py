@@ -28,7 +28,7 @@ from hcm.dataset import unit_of
 from hcm.estimate import TITLES
 from hcm.model import Scene
 from hcm.parameters import Finger, ParameterError
-from hcm.result import Errors, Summary
+from hcm.result import Errors, Status, Summary
 from hcm.simulate import simulate_scene
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ class Outcome:
 
     status : name of the run's `Status`, REFUSED or FAILED. message, summary, errors, cautions : as
     in `TapResult`; the summary is None if there was no run. steps : accepted steps. wall_time_s :
-    time of the run, without its error estimates.
+    time of the run, without its error estimates; both None if there was no run.
     """
 
     status: str
@@ -61,8 +61,8 @@ class Outcome:
     summary: Summary | None = None
     errors: Errors = field(default_factory=dict)
     cautions: tuple[str, ...] = ()
-    steps: int = 0
-    wall_time_s: float = 0.0
+    steps: int | None = None
+    wall_time_s: float | None = None
 
 
 NO_COLUMN = Mapping, Set, str, bytes, bytearray  # sized, but without a value per scene
@@ -146,7 +146,11 @@ def simulate_each(
         raise ParameterError(f"workers = {workers!r}: must be {some.allowed()}")
     count = workers or len(os.sched_getaffinity(0))
     given, stop = iter(scenes), _FORKED.RawValue("b")
-    yield from (_tap(scene, accuracy) for scene in islice(given, 1))
+    for scene in islice(given, 1):
+        first = _tap(scene, accuracy)
+        if first.status == Status.INTERRUPTED.name:  # here an interrupt is the caller's
+            raise KeyboardInterrupt
+        yield first
     waiting: deque[tuple[Part, Future[list[Outcome]]]] = deque()
     pool = _pool(count, stop)
     try:

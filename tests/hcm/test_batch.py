@@ -114,6 +114,21 @@ def test_a_scene_that_fails_costs_the_others_nothing(monkeypatch: pytest.MonkeyP
     peaks = table["peak_normal_force_N"].values
     assert np.isnan(peaks[[1, 2, 3, 6]]).all()
     assert peaks[4] == own(given[4]).summary.peak_normal_force_N
+    for name in ("steps", "wall_time_s"):
+        assert np.isnan(table[name].values[[1, 3, 6]]).all()
+        assert (table[name].values[[0, 2]] > 0).all()
+
+
+def test_an_interrupt_of_the_first_scene_is_the_callers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was one scene's status, and the others were solved."""
+
+    def interrupted(fraction: float, doing: str) -> None:
+        del fraction, doing
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(batch, "_watch", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        next(hcm.simulate_each(scenes()))
 
 
 def test_a_masked_value_is_none() -> None:

@@ -67,7 +67,7 @@ class Sidecar(Table):
     force_unit: Literal["N", "kN", "mN"] = "N"
     normal: Axis = "y"  # in a CSV y or -y, and tangential x or -x: the sign alone counts
     tangential: Axis = "x"
-    interface: str | int | None = None  # rcforc's number, CalculiX's slave set
+    interface: str | int | None = None  # rcforc's number, CalculiX's SLAVE or SLAVE/MASTER
     side: Literal["slave", "master"] = "slave"  # the finger's
     scalars: Scalars = Scalars()  # that the source states itself, instead of the curves'
     uncertainty: Errors = Errors()  # absolute, one standard deviation, instead of the columns'

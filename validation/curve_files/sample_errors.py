@@ -18,9 +18,10 @@ LARGEST_ALIKE = 0.99  # correlation of neighbours, beyond which a zero line drif
 class ZeroLine:
     """A force where nothing touches, N.
 
-    zero : its median, which edges of a tap hardly move. known : three standard deviations of that.
-    scatter : one standard deviation of a sample, by the median of what samples are off. lasting :
-    factor on the deviation of a mean of samples, by how alike neighbours are; 1 if independent.
+    zero : its median, which edges of a tap hardly move. known : three standard deviations of that,
+    or what counts as zero. scatter : one standard deviation of a sample, by the median of what
+    samples are off. lasting : factor on the deviation of a mean of samples, by how alike neighbours
+    are; 1 if independent.
     """
 
     zero: float
@@ -34,17 +35,17 @@ class ZeroLine:
         return abs(self.zero) if abs(self.zero) > self.known else 0.0
 
 
-def zero_line(idle: Floats) -> ZeroLine:
-    """Of the samples where nothing touches; zero without one."""
+def zero_line(idle: Floats, least: float = 0.0) -> ZeroLine:
+    """Of the samples where nothing touches; zero without one. An offset is more than `least`, N."""
     if not idle.size:
-        return ZeroLine(0.0, 0.0, 0.0)
+        return ZeroLine(0.0, least, 0.0)
     zero = float(np.median(idle))
     off = idle - zero
     scatter = 1.4826 * float(np.median(np.abs(off)))
     alike = float(off[1:] @ off[:-1]) / max(float(off @ off), 1e-300)  # of noise of order one
     lasting = math.sqrt((1.0 + alike) / (1.0 - alike)) if 0.0 < alike < LARGEST_ALIKE else 1.0
     known = 3.0 * 1.2533 * scatter * lasting / math.sqrt(idle.size)
-    return ZeroLine(zero, known, scatter, lasting)
+    return ZeroLine(zero, max(known, least), scatter, lasting)
 
 
 def quantum(force: Floats) -> float:
@@ -85,10 +86,13 @@ def held(force: Floats) -> tuple[int, int]:
     return int(runs[longest]), int(3.0 / math.pi * high.size * within) + OTHER_RUNS * other
 
 
-def lone_peak(normal: Floats, allowed: float) -> float:
-    """By how much the largest sample stands above both neighbours, N, if more than `allowed`."""
-    top = int(np.argmax(normal))
-    above = float(normal[top] - normal[top - 1 : top + 2 : 2].max())
+def lone_peak(size: Floats, allowed: float) -> float:
+    """By how much the largest sample stands above both neighbours, N, if more than `allowed`.
+
+    size : (n,), N, of the tap with zero at both ends
+    """
+    top = max(int(np.argmax(size)), 1)  # all may be zero
+    above = float(size[top] - max(size[top - 1], size[top + 1]))
     return above if above > allowed else 0.0
 
 
@@ -115,17 +119,54 @@ def _edge(time: Floats, force: Floats) -> float:
     return float((time[1] - time[0]) * (max(first, second) / 12.0 + 0.5 * jumps))
 
 
+def _between(time: Floats, size: Floats, raised: float) -> tuple[float, float]:
+    """What samples may miss of a peak, N, and how far away it may lie, s.
+
+    A half sine of duration T whose top lies in an interval T/m between two samples is at most
+    1/cos(pi/2/m) times as high as these. The interval is the longest beside a sample that is the
+    largest within `raised`, N; T that of the samples with force and, if their number is odd, one
+    interval more, as the top cannot lie midway then.
+
+    time, size : (n,), s and |N|, with a sample without force at both ends
+    """
+    steps, high = np.diff(time), size + raised >= size.max()
+    longest = float(steps[high[1:] | high[:-1]].max())
+    lasts = float(time[-2] - time[1]) + size.size % 2 * float(np.median(steps))
+    if lasts <= longest * (1.0 + 1e-9):
+        return math.inf, longest
+    return (1.0 / math.cos(0.5 * math.pi * longest / lasts) - 1.0) * float(size.max()), longest
+
+
+def peak_error(
+    time: Floats, force: Floats, sigma: Floats, line: ZeroLine, step: float
+) -> tuple[float, float]:
+    """Error of the largest of a tap's |samples|, N, and how far away the peak may lie, s.
+
+    sigma there, and what lies between samples (`_between`); what scatter (`excess`), rounding, the
+    zero line and a stray sample (`lone_peak`) add. The force is as high elsewhere within sigma and
+    scatter.
+    """
+    size = np.abs(force)
+    top, raised = int(np.argmax(size)), excess(force, line.scatter)
+    missed, beside = _between(time, size, raised)
+    high = np.abs(time[size + sigma + raised >= size[top]] - time[top]).max()
+    raised += 0.5 * step
+    # a half sine's neighbours are no more than four times as far below its largest sample
+    usual = 4.0 * missed + 3.0 * (raised + float(np.median(np.abs(np.diff(size)))))
+    raised += lone_peak(size, usual)
+    error = float(np.hypot(sigma[top], missed)) + raised + line.offset
+    return error, max(float(high), 0.5 * beside)
+
+
 def normal_force_errors(
     time: Floats, normal: Floats, sigma: Floats, least: float, line: ZeroLine, step: float = 0.0
 ) -> dict[str, float]:
     """What one standard deviation, correlated all along a tap, and its samples mean for it.
 
-    - peak: sigma there, what n samples of a half sine may miss of it, which are no further apart
-      than T/m, m = n - 1 of even n and n of odd: 1/cos(pi/2/m) - 1; what scatter (`excess`),
-      rounding, the zero line and a stray sample (`lone_peak`) add; its time: how far away the force
-      is as high within sigma and scatter
-    - impulse: the integral of sigma, the trapezoid's (pi/n)^2/12 for a half sine and `_edge` for
-      steeper ones, scatter from sample to sample and the zero line
+    - peak and its time: `peak_error`
+    - impulse: the integral of sigma; what trapezoids leave of a half sine of duration T, which is
+      tan(x)/x - 1 of each, x = pi dt/(2 T), and `_edge` for steeper ones; scatter from sample to
+      sample and the zero line
     - start, end: how long the force is no more than the threshold, sigma and twice the scatter
       (for a linear rise, these over the slope), and how long it is below the threshold, unseen: no
       longer than it then takes to three times that, linear or as Hertz's t^(3/2)
@@ -144,28 +185,24 @@ def normal_force_errors(
             (time[well[0]] - time[1], time[-2] - time[well[-1]]) if well.size else UNKNOWN
         )
     ends = ends + unseen
-    raised = excess(normal, line.scatter)
-    high = np.abs(time[normal + sigma + raised >= normal[top]] - time[top]).max()
-    samples = time.size - 2
-    parts = samples - 1 + samples % 2
-    missed = (1.0 / np.cos(0.5 * np.pi / parts) - 1.0) * normal[top] if parts > 1 else np.inf
+    steps = np.diff(time)
+    lasts = float(time[-2] - time[1] + np.median(steps))
+    x = 0.5 * np.pi * steps / lasts
     rule = np.inf
-    if parts > 1:
-        half_sine = (np.pi / samples) ** 2 / 12.0 * float(np.trapezoid(normal, time))
+    if time.size > 4 and x.max() < 0.5 * np.pi:
+        parts = 0.5 * steps * (normal[1:] + normal[:-1])
+        half_sine = float((parts * (np.tan(x) / x - 1.0)).sum())
         rule = max(half_sine, _edge(time, normal) + _edge(-time[::-1], normal[::-1]))
     rule += least * unseen.sum()
     # a rounded top is flat, and up to half a step off as long as it is
-    rule += 0.25 * step * float(np.diff(time)[normal[1:] + step >= normal[top]].sum())
-    scattered = line.scatter * line.lasting * math.sqrt(float((np.diff(time) ** 2).sum()))
-    raised += 0.5 * step
-    # a half sine's neighbours are no more than four times as far below its largest sample
-    usual = 4.0 * missed + 3.0 * (raised + float(np.median(np.abs(np.diff(normal)))))
-    raised += lone_peak(normal, usual)
+    rule += 0.25 * step * float(steps[normal[1:] + step >= normal[top]].sum())
+    scattered = line.scatter * line.lasting * math.sqrt(float((steps**2).sum()))
+    peak, far = peak_error(time, normal, sigma, line, step)
     known = math.hypot(float(np.trapezoid(sigma, time)), rule, scattered)
     return {
         "contact_time_s": float(ends[0]),
         "contact_duration_s": float(sum(ends)),
-        "peak_normal_force_N": float(np.hypot(sigma[top], missed)) + raised + line.offset,
-        "peak_normal_force_time_s": float(high + ends[0]),
+        "peak_normal_force_N": peak,
+        "peak_normal_force_time_s": far + float(ends[0]),
         "normal_impulse_N_s": known + line.offset * float(time[-1] - time[0]),
     }

@@ -3,7 +3,8 @@
 - LS-DYNA, ASCII ``rcforc``: a line per interface, side and time, ``slave 1 time 0.1E-03 x 0.2E+01
   y ... z ...``; newer versions say surfa and surfb.
 - CalculiX, ``.dat`` of ``*CONTACT PRINT`` with CF: blocks ``statistics for slave set A, master set
-  B and time t``, below it ``total surface force (fx,fy,fz)``, which acts on the slave.
+  B and time t``, below it ``total surface force (fx,fy,fz)``, which acts on the slave. The
+  interface is named A or, where A has several masters, A/B.
 """
 
 import re
@@ -20,15 +21,23 @@ RCFORC = re.compile(r"^[ \t]*(slave|master|surfa|surfb)(\s+\S+\s+time\s+[-+.\d].
 DAT = re.compile(r"^[ \t]*statistics for (slave) set(.*(?:\n\s*.+){0,2})", _FLAGS)
 _RCFORC_ROW = re.compile(r"\s+(\S+)\s+time\s+(\S+)\s+x\s+(\S+)\s+y\s+(\S+)\s+z\s+(\S+)", _FLAGS)
 _DAT_ROW = re.compile(
-    r"\s+(\S+), master set .*time\s+(\S+)\s+total surface force .*\s+(\S+)\s+(\S+)\s+(\S+)", _FLAGS
+    r"\s+(\S+), master set (\S+) .*time\s+(\S+)\s+total surface force .*\n"
+    r"\s*(\S+)\s+(\S+)\s+(\S+)",
+    _FLAGS,
 )
 
 
 def read_solver_output(text: str, origin: str, sidecar: Sidecar) -> Samples:
     """The samples of one interface.
 
-    Raises UserError: a block can't be read, or it is not clear which interface is the finger's.
+    Raises UserError: a block can't be read, it is not clear which interface is the finger's, or
+        both forces are to be along one axis.
     """
+    if sidecar.normal[-1] == sidecar.tangential[-1]:
+        raise UserError(
+            f"{origin}.toml: normal = {sidecar.normal!r} and tangential = {sidecar.tangential!r}:"
+            " are along one axis; state two different ones"
+        )
     dyna = RCFORC.search(text) is not None
     blocks, row = (RCFORC, _RCFORC_ROW) if dyna else (DAT, _DAT_ROW)
     found = defaultdict(list)
@@ -40,13 +49,18 @@ def read_solver_output(text: str, origin: str, sidecar: Sidecar) -> Samples:
             wanted = "interface, time, x, y, z" if dyna else "CF's total surface force"
             raise UserError(f"{place}: {wanted} must follow; is the file cut off?")
         # Fortran leaves the E out before an exponent of three digits
-        numbers = [re.sub(r"(?<=[\d.])(?=[+-]\d{3}$)", "E", cell) for cell in cells.groups()[1:]]
+        numbers = [re.sub(r"(?<=[\d.])(?=[+-]\d{3}$)", "E", cell) for cell in cells.groups()[-4:]]
         side = SIDES.get(block[1].lower(), block[1].lower())
-        found[cells[1], side].append((line, *(number(cell, place) for cell in numbers)))
-    names = sorted({name for name, _ in found})
-    name = str(sidecar.interface) if sidecar.interface is not None else names[0]
+        name = "/".join(cells.groups()[:-4])
+        found[name, side].append((line, *(number(cell, place) for cell in numbers)))
+    names = [
+        name
+        for name in sorted({name for name, _ in found})
+        if str(sidecar.interface) in (name, name.partition("/")[0]) or sidecar.interface is None
+    ]
     printed = sidecar.side if dyna else "slave"  # the force on CalculiX's master is its opposite
-    if (name, printed) not in found or (len(names) > 1 and sidecar.interface is None):
+    name = names[0] if len(names) == 1 else ""
+    if (name, printed) not in found:
         known = ", ".join(f"{name} {side}" for name, side in sorted(found))
         raise UserError(
             f"{origin}: which contact? state interface and side in {origin}.toml: {known}"

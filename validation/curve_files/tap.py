@@ -12,6 +12,7 @@ from validation.curve_files.sample_errors import (
     held,
     lone_peak,
     normal_force_errors,
+    peak_error,
     quantum,
     zero_line,
 )
@@ -55,14 +56,15 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     touches = _touches(normal, least)
     tap, joined, count = _first_tap(samples, time, normal, touches, least, origin, sidecar)
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
-    line = zero_line(normal[~touches])
-    errors = _sample_errors(time, forces, contact, touches, tap, hidden, line)
+    axes = [name for name in AXES if name in forces]
+    lines = {name: zero_line(forces[name][~touches], round_off) for name in axes}
+    errors = _sample_errors(time, forces, contact, touches, tap, hidden, lines)
     notes = [*filter(None, [sidecar.source]), *samples.notes]
     notes.append(_of_the_whole(sidecar, beside))
-    axes = [name for name in AXES if name in forces]
-    idle = ~touches & np.any([np.abs(forces[name]) > round_off for name in axes], axis=0)
+    off = np.max([np.abs(forces[name]) for name in axes], axis=0)
+    idle = ~touches & (off > round_off)
     if idle.any():
-        most = max(least, float(normal[idle].max())) / body
+        most = max(least, float(off[idle].max())) / body
         notes.append(f"{idle.sum()} samples of up to {most:g} N count as no contact, without force")
     from_trigger = time[0] < 0.0 and "time_offset_s" not in sidecar.model_fields_set
     if from_trigger or time[tap][0] <= 0.0:
@@ -82,8 +84,10 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"touches {count} times; the first tap is compared, of {of} and {own} where the "
             f"largest has {largest} (if some are scatter, raise threshold_N)"
         )
-    by_samples = "peak_normal_force_N" in errors.keys() - sidecar.uncertainty.model_fields_set
-    notes += _quality(normal[tap], line, body, "; errors include it" if by_samples else "")
+    for name, line in lines.items():
+        by_samples = AXES[name][0] in errors.keys() - sidecar.uncertainty.model_fields_set
+        found = _quality(np.abs(contact[name][tap]), line, body, "; errors include it" * by_samples)
+        notes += [note if name == "normal_force" else f"{name}: {note}" for note in found]
     notes += _intervals(samples, time, tap)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
     if not errors:
@@ -126,26 +130,24 @@ def _times(samples: Samples, origin: str, sidecar: Sidecar) -> Floats:
 
 def _sample_errors(
     time: Floats, forces: Mapping[str, Floats], contact: Mapping[str, Floats],
-    touches: NDArray[np.bool_], tap: slice, hidden: float, line: ZeroLine,
+    touches: NDArray[np.bool_], tap: slice, hidden: float, lines: Mapping[str, ZeroLine],
 ) -> dict[str, float]:  # fmt: skip
     """Errors of a tap's numbers by its samples' standard deviations, where there are any.
 
     contact : the forces, zero out of contact. hidden : force up to which nothing touches, N.
-    line : the zero line of the normal force.
+    lines : the forces' zero lines.
     """
     errors: dict[str, float] = {}
     if (sigma := forces.get("normal_force_sigma")) is not None:
         step = quantum(forces["normal_force"][tap])
         errors = normal_force_errors(
-            time[tap], contact["normal_force"][tap], sigma[tap], hidden, line, step
+            time[tap], contact["normal_force"][tap], sigma[tap], hidden, lines["normal_force"], step
         )
         errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
-    tangential, deviation = forces.get("tangential_force"), forces.get("tangential_force_sigma")
-    if tangential is not None and deviation is not None:
-        pulled = contact["tangential_force"][tap]
-        errors["peak_tangential_force_N"] = float(
-            deviation[tap][np.argmax(np.abs(pulled))]
-        ) + excess(pulled, zero_line(tangential[~touches]).scatter)
+    if (sigma := forces.get("tangential_force_sigma")) is not None and "tangential_force" in lines:
+        pulled, line = contact["tangential_force"][tap], lines["tangential_force"]
+        step = quantum(forces["tangential_force"][tap])
+        errors["peak_tangential_force_N"], _ = peak_error(time[tap], pulled, sigma[tap], line, step)
     return errors
 
 
@@ -243,12 +245,12 @@ def _saturation(name: str, force: Floats, body: float, beside: str) -> str:
     return ""
 
 
-def _quality(normal: Floats, line: ZeroLine, body: float, included: str) -> list[str]:
+def _quality(size: Floats, line: ZeroLine, body: float, included: str) -> list[str]:
     """Lines of an offset of the zero line, of scatter, and of a stray largest sample.
 
-    normal : of the tap. included : what ends each, for the error of the peak.
+    size : |force| of the tap, N. included : what ends each, for the error of the peak.
     """
-    notes, peak, raised = [], float(normal.max()), excess(normal, line.scatter)
+    notes, peak, raised = [], float(size.max()), excess(size, line.scatter)
     if line.offset:
         notes.append(f"the zero line lies at {line.zero / body:.2g} N: subtract it{included}")
     if raised > RAISED * peak:
@@ -256,7 +258,7 @@ def _quality(normal: Floats, line: ZeroLine, body: float, included: str) -> list
             f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
             f"{raised / body:.2g} N: filter them{included}"
         )
-    lone = lone_peak(normal, LONE * peak + raised) if normal.size > FEW + 2 else 0.0
+    lone = lone_peak(size, LONE * peak + raised) if size.size > FEW + 2 else 0.0
     if lone:
         notes.append(
             f"the largest sample, {peak / body:.4g} N, stands {lone / body:.2g} N above both its "

@@ -13,6 +13,7 @@ A call of `importlib.import_module` is followed if its argument is a literal. A 
 computed (`validation.models.adapter`) is not: the caller lists the adapter's module as well.
 """
 
+import ast
 import hashlib
 import importlib.util
 import os
@@ -41,7 +42,8 @@ INSTALLED = {"site-packages", "dist-packages"}  # folders whose packages keep to
 ENVIRONMENT = ("NUMBA_", "OMP_", "OPENBLAS_", "MKL_")
 WITHOUT_EFFECT = ("NUMBA_CACHE_DIR", "NUMBA_CACHE_LOCATOR_CLASSES", "NUMBA_COLOR_SCHEME")
 
-# Parsing a whole package takes a tenth of a second; this finds its imports in a hundredth.
+# Parsing a package of this project takes a tenth of a second; this finds its imports in a
+# hundredth. Their style is checked: no line imports two modules.
 IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]*(\((?:[^)#]|#[^\n]*)*\)|[^\n(]+)"
     r"|import[ \t]+([\w.]+)(?:[ \t]+as[ \t]+\w+)?[ \t]*(?:#[^\n]*)?$)",
@@ -65,6 +67,21 @@ def imports(text: str) -> Iterator[tuple[str, str]]:
         for member in COMMENT.sub("", members).strip("() \n").split(","):
             if member.strip():
                 yield source, member.split()[0]
+
+
+def parsed_imports(text: str) -> Iterator[tuple[str, str]]:
+    """`imports` of code that need not keep to this project's style: several on a line, say."""
+    try:
+        tree = ast.parse(text)
+    except (SyntaxError, ValueError):  # of another Python, or no code
+        yield from imports(text)
+        return
+    yield from ((module, "") for module in NAMED.findall(text))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, "") for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield from ((node.module, alias.name) for alias in node.names)
 
 
 def module_file(name: str, root: Path = ROOT) -> str:
@@ -111,7 +128,7 @@ def _outside(
                     continue
                 content = files[f"{package}/{path.relative_to(base)}"] = path.read_bytes()
                 if path.suffix == ".py":
-                    imported |= {*imports(content.decode("utf-8", "replace"))}
+                    imported |= {*parsed_imports(content.decode("utf-8", "replace"))}
         for top in {name.partition(".")[0] for name, _ in imported} - seen:
             seen.add(top)
             if not any(INSTALLED.intersection(place.parts) for place in places(top)):

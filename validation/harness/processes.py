@@ -6,7 +6,7 @@ processes write to one pipe, which the command holds as well; one that is killed
 leaves that pool, and with it the command, waiting for ever.
 
 No process outlives its command. A process of the pool ends at once when the command fails or is
-interrupted. The process of a single call handles an interrupt itself, and returns what it has.
+interrupted. The process of a single call handles an interrupt itself; what it had goes to files.
 """
 
 import multiprocessing
@@ -22,12 +22,12 @@ from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, TypeVar, TypeVarTuple
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import ENDING, block_interrupts, heard_interrupts
 
-P = ParamSpec("P")
+Given = TypeVarTuple("Given")
 R = TypeVar("R")
 
 SPAWN = multiprocessing.get_context("spawn")  # inherits no threads of other libraries
@@ -61,11 +61,11 @@ def _serve(jobs: Connection) -> None:
     _end_with_parent()
     while True:
         try:
-            function, arguments, named = jobs.recv()
+            function, arguments = jobs.recv()
         except EOFError:
             return
         try:
-            answer = True, function(*arguments, **named)
+            answer = True, function(*arguments)
         except Exception as error:
             error.add_note("".join(traceback.format_exception(error)))
             answer = False, error
@@ -85,21 +85,23 @@ class Workers:
         self._threads = ThreadPoolExecutor(count, "worker", block_interrupts)
         self._own = threading.local()
         self._starting = threading.Lock()
-        self._processes: list[BaseProcess] = []
-        self._pipes: list[Connection] = []
+        self._running: dict[Connection, BaseProcess] = {}
         self._ended = False
 
-    def submit(self, function: Callable[P, R], *arguments: P.args, **named: P.kwargs) -> Future[R]:
+    def submit(self, function: Callable[[*Given], R], *arguments: *Given) -> Future[R]:
         """Call a module-level function in a worker."""
-        return self._threads.submit(self._call, (function, arguments, named))
+        return self._threads.submit(self._call, function, arguments)
 
-    def _call(self, job: tuple[Callable[..., R], tuple[Any, ...], dict[str, Any]]) -> R:
+    def _call(self, function: Callable[..., R], arguments: tuple[Any, ...]) -> R:
         pipe = getattr(self._own, "pipe", None) or self._start()
         try:
-            pipe.send(job)
+            pipe.send((function, arguments))
             done, answer = pipe.recv()
         except (EOFError, OSError) as error:
             self._own.pipe = None  # another job starts another process
+            process = self._running.pop(pipe)
+            process.kill()
+            _free(pipe, process)
             raise RunFailedError(
                 "a worker process died (killed, or out of memory); files already written are kept:"
                 " give the same command again"
@@ -118,18 +120,15 @@ class Workers:
             process = SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
             process.start()
             theirs.close()  # so that the pipe ends when the process does
-            self._processes.append(process)
-            self._pipes.append(ours)
+            self._running[ours] = process
         self._own.pipe = ours
         return ours
 
     def finish(self) -> None:
         """Wait for the jobs, then for the processes."""
         self._threads.shutdown()
-        for pipe in self._pipes:
-            pipe.close()
-        for process in self._processes:
-            process.join()
+        while self._running:
+            _free(*self._running.popitem())
 
     def end(self) -> None:
         """Drop waiting jobs, kill the processes, even if an interrupt comes meanwhile."""
@@ -139,9 +138,15 @@ class Workers:
             with self._starting:  # a process that is just being started counts too
                 pass
         finally:
-            for process in self._processes:
+            for process in tuple(self._running.values()):
                 process.kill()
         self.finish()
+
+
+def _free(pipe: Connection, process: BaseProcess) -> None:
+    """Wait for a process that gets no more jobs, or was killed; free its pipe."""
+    pipe.close()
+    process.join()
 
 
 @contextmanager
@@ -207,7 +212,7 @@ def call_isolated(
             process.kill()
             raise CrashedError(f"it did not end within {limit_s:g} s")
         done, answer = ours.recv()
-    except EOFError:
+    except (EOFError, OSError):  # it was killed before, or in the middle of its answer
         process.join()
         code = process.exitcode or 0
         if code == INTERRUPTED:

@@ -75,9 +75,13 @@ class Quantity:
         """The value in SI units; None without a run, or if it has none."""
         return None if record is None else finite(self._of(record.summary))
 
+    def stated(self, record: Scalars | None) -> float | None:
+        """Estimated error in SI units, may be infinite; None if there is no estimate."""
+        return None if record is None else self._of(record.errors)
+
     def error(self, record: Scalars | None) -> float | None:
-        """Estimated error in the shown unit, may be infinite; None if there is no estimate."""
-        error = None if record is None else self._of(record.errors)
+        """Estimated error in the shown unit."""
+        error = self.stated(record)
         return None if error is None else self.factor * error
 
     def _of(self, table: Mapping[str, Any]) -> float | None:

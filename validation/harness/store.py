@@ -41,6 +41,8 @@ Inputs = Mapping[str, Any]
 
 MANIFEST, VALUES = "manifest.json", "values.json"
 TEMPORARY = ".partial-"
+# Errors of the system as it is now, which say nothing of the entry.
+PASSING = (errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EIO, errno.EACCES, errno.EINTR)
 ABANDONED_S = 3600.0  # writing an entry takes less than an hour
 
 
@@ -111,7 +113,8 @@ class Store:
             if this is not None and _folder_id(entry) == this:
                 why = " ".join(str(error).split())[:100] or type(error).__name__
                 say(f"stored result {entry}: {why}; it is computed again")
-                _discard(entry)
+                if not (isinstance(error, MemoryError) or getattr(error, "errno", None) in PASSING):
+                    _discard(entry)
         return None
 
     def keep(self, inputs: Inputs, write: Callable[[Path], None]) -> bool:

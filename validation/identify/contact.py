@@ -70,7 +70,8 @@ class ContactIdentification:
     tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
         `EDGES`.
     curve : force_N, indentation_m, hertz_indentation_m, each (25,), of the finest mesh.
-    cautions : a patch that reaches the shaft, or is too large for linear statics.
+    cautions : a patch that reaches the shaft, or is too large for linear statics; compliances that
+        are not to be used.
     """
 
     scene: str
@@ -123,20 +124,21 @@ def identify_contact(
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
     contact_radius = hertz_contact_radius(material, radius, guess)
     levels: list[Level] = []
-    for number, (share, growth) in enumerate(refinements):
-        edge = share * contact_radius
-        progress(number / len(refinements), f"edge {1e3 * edge:.3g} mm")
-        try:
+    try:
+        for number, (share, growth) in enumerate(refinements):
+            edge = share * contact_radius
+            progress(number / len(refinements), f"edge {1e3 * edge:.3g} mm")
             tip = _tip(scene, material, angle, edge, growth, contact_radius)
             level, force, indentation = _pressed(scene, *tip, edge, guess)
-            if len(levels) == len(refinements) - 1:
-                curve = tuple(indentation(at) for at in force * CURVE)
-        except ValueError as error:
-            why = "; ".join((str(error), *patch_cautions(contact_radius / radius, below)))
-            raise UserError(f"scene {scene.name}: {why}") from error
-        except ArithmeticError as error:
-            raise RunFailedError(f"scene {scene.name}: {error}") from error
-        levels.append(level)
+            levels.append(level)
+        curve = tuple(indentation(at) for at in force * CURVE)
+        # the keys are those of the mirror image that touches with its lower side
+        compliance = yields(scene, material, abs(angle), EDGES[: len(refinements)])
+    except ValueError as error:
+        why = "; ".join((str(error), *patch_cautions(contact_radius / radius, below)))
+        raise UserError(f"scene {scene.name}: {why}") from error
+    except ArithmeticError as error:
+        raise RunFailedError(f"scene {scene.name}: {error}") from error
     forces = force * CURVE
     sizes = [level.edge_m for level in levels]
 
@@ -157,15 +159,36 @@ def identify_contact(
         scene_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
         touch_angle_deg=float(np.degrees(angle)),
         levels=tuple(levels),
-        # the keys are those of the mirror image that touches with its lower side
-        tip_compliance=yields(scene, material, abs(angle), EDGES[: len(refinements)]),
+        tip_compliance=compliance,
         curve={
             "force_N": tuple(forces),
             "indentation_m": curve,
             "hertz_indentation_m": tuple(hertz_indentation(material, radius, f) for f in forces),
         },
-        cautions=patch_cautions(hertz_contact_radius(material, radius, force) / radius, below),
+        cautions=(
+            *patch_cautions(hertz_contact_radius(material, radius, force) / radius, below),
+            *_yield_cautions(below, tables.per_phalanx(tables.finger.length)[-1] / radius),
+        ),
     )
+
+
+def _yield_cautions(below: float, length: float) -> tuple[str, ...]:
+    """Cautions about `yields`. below : angle of the last phalanx, rad. length : its own, over R."""
+    from reference_fem.statics.yielding import PATCHES
+
+    keys, found = "tip.compliance_nn, compliance_nt and compliance_tt", []
+    if max(PATCHES) > np.sin(below):
+        found.append(
+            f"{keys} are those of patches up to {max(PATCHES):g} R, which reach the shaft at"
+            f" {np.degrees(below):.0f} degrees: do not use them; lower surface.height for a steeper"
+            " touch"
+        )
+    if length < LENGTH:
+        found.append(
+            f"{keys} depend on the held cut, which is nearer to the tip than {LENGTH:g} R: do not"
+            " use them; a last phalanx of that length has the same tip"
+        )
+    return tuple(found)
 
 
 def _pressed(
@@ -229,7 +252,7 @@ def stated_force(
 def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     """Peak normal force of the reduced model with another k, N.
 
-    Raises RunFailedError: the reduced model does not tap.
+    Raises RunFailedError: the reduced model's tap is not completed.
     """
     import hcm
 
@@ -237,10 +260,10 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     given = replace(given, tip=replace(given.tip, normal_stiffness=stiffness))
     result = unless_interrupted(hcm.simulate_scene(given))
     peak = result.summary.peak_normal_force_N
-    if peak is None:
+    if peak is None or result.status is not hcm.Status.COMPLETED:
+        why = result.message or "it does not touch"
         raise RunFailedError(
-            f"scene {scene.name}: the reduced model does not tap ({result.message}): "
-            f"{result.status.advice}"
+            f"scene {scene.name}: the reduced model has no whole tap: {why}; {result.status.advice}"
         )
     return peak
 

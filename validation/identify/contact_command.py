@@ -23,8 +23,7 @@ COLUMNS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "t
 
 def rows(found: ContactIdentification) -> list[dict[str, Any]]:
     """The identified values beside theory and the scene's own (in built-in scenes the paper's)."""
-    curve = found.curve
-    theory = float(np.interp(found.force_N, curve["force_N"], curve["hertz_indentation_m"]))
+    theory = 1.25 * found.force_N / found.hertz_N_per_m
     return [
         {
             "quantity": f"k, the spring of the same energy at F = {found.force_N:.4g} N",

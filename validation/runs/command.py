@@ -55,7 +55,8 @@ def run_scene(
     Parameters
     ----------
     model
-        hcm: the reduced model. fem3d, fem2d: finite elements. Or an installed plug-in's name.
+        hcm, hcm-refined: the reduced model. fem3d, fem2d: finite elements. Or an installed
+        plug-in's name.
     out
         Folder for run/SCENE-MODEL/ with summary.json, history.nc, curves.csv and fields; by default
         out. With --json files are written only if it is given or the run fails.

@@ -203,7 +203,11 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
             try:
                 scene = load_scene(job.scene, job.overrides)
                 outcome = solve(scene, job.model, task.folder)
-            except (UserError, RunFailedError) as error:
+            except UserError as error:
+                clear_run(task.folder)  # of an earlier run under this name
+                records.append(failed(job, "FAILED", str(error)))
+                continue
+            except RunFailedError as error:
                 records.append(failed(job, "FAILED", str(error)))
                 continue
             if task.inputs is not None:

@@ -50,11 +50,6 @@ def solved(row: Mapping[str, Any] | None) -> SweepResult:
     return SweepResult(**{**row, "errors": stated_errors(row["errors"])})
 
 
-def _error(entry: Quantity, result: SweepResult) -> float:
-    error = entry.error(result)
-    return math.nan if error is None else error / entry.factor
-
-
 def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[SweepResult]]) -> xarray.Dataset:
     """The dataset of `rows`, which hold the results of all solvers for each point."""
     data: dict[str, Any] = {}
@@ -68,7 +63,7 @@ def build(plan: Plan, points: PointTable, rows: Sequence[Sequence[SweepResult]])
         units = {"units": unit_of(entry.key), "long_name": entry.title}
         numbers = [[entry.value(r) for r in row] for row in rows]
         data[entry.key] = (both, np.array(numbers, dtype=float), units)
-        errors = np.array([[_error(entry, r) for r in row] for row in rows])
+        errors = np.array([[entry.stated(r) for r in row] for row in rows], dtype=float)
         if not np.isnan(errors).all():
             data[f"{entry.key}_error"] = (both, errors, units)
     data["spent_s"] = (both, np.array([[r.spent_s for r in row] for row in rows]), {"units": "s"})

@@ -202,8 +202,7 @@ def solve_all(
         while todo or again or running:
             while (todo or again) and len(running) < AHEAD * max(crew.workers(), 1):
                 batch = next_batch()
-                given = [(task.model, task.overrides) for task in batch.tasks]
-                running[crew.submit(solve_tasks, name, document, given, wanted)] = batch
+                running[crew.submit(solve_tasks, name, document, batch.tasks, wanted)] = batch
             ready, _ = wait(running, COUNTED_S, FIRST_COMPLETED)
             if not ready and (error := crew.lost()):
                 raise error
@@ -242,6 +241,7 @@ def _rows(future: Future[list[Row]], batch: Batch, again: deque[Batch]) -> list[
         raise
     except Exception as error:  # its worker died; the scenes' own errors are rows
         if len(batch.tasks) == 1 and batch.deaths:
-            return [row(CRASHED, f"its worker died twice: {' '.join(str(error).split())[:200]}")]
+            why = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+            return [row(CRASHED, f"its worker gave no rows twice: {why}")]
         again.extend(Batch((task,), batch.cuts, 1) for task in batch.tasks)
     return []

@@ -12,8 +12,9 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, ValidationError
 
 from validation.errors import UserError
+from validation.harness.record_schema import Text
 from validation.models import adapter
-from validation.scenes.load import load_scene, read_toml
+from validation.scenes.load import file_name, load_scene, read_toml
 from validation.scenes.messages import one_line, show
 from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import Table
@@ -50,8 +51,8 @@ class Solver(Table):
     """A model that solves every scene."""
 
     model: str
-    """hcm, fem3d, fem2d, or a plug-in's name."""
-    variant: str = ""
+    """hcm, hcm-refined, fem3d, fem2d, or a plug-in's name."""
+    variant: Text = ""
     """Name that tells it from other entries of the same model."""
     set: dict[str, Any] = Field({})
     """Keys of the scene that differ for it, with their values."""
@@ -126,10 +127,10 @@ def read_plan(path: Path) -> Plan:
     _check_set(given.set, given.vary, f"{origin}: set.")
     common = tuple(assignment(key, value) for key, value in given.set.items())
     named = load_scene(scene, common)
+    name = file_name(path.stem)
     return Plan(
-        path.stem, folder, scene, common, named.name, named.document, solvers, given.points,
-        given.vary,
-    )  # fmt: skip
+        name, folder, scene, common, named.name, named.document, solvers, given.points, given.vary
+    )
 
 
 def _check_set(keys: Mapping[str, Any], vary: Mapping[str, Axis], origin: str) -> None:
@@ -180,6 +181,10 @@ def _check_points(given: _Plan, origin: str) -> None:
         raise UserError(
             f"{origin}: points.number = {points.number}: follows from the"
             f" {points.kind}; leave it out"
+        )
+    if points.kind in ("grid", "file") and "seed" in points.model_fields_set:
+        raise UserError(
+            f"{origin}: points.seed: nothing is random in a {points.kind}; leave it out"
         )
     counted = [key for key, axis in given.vary.items() if "count" in axis.model_fields_set]
     if points.kind != "grid" and counted:

@@ -19,7 +19,7 @@ from validation.harness.store import Inputs, key
 from validation.models import adapter
 from validation.models.inputs import scene_inputs
 from validation.runs.execute import solve
-from validation.scenes.load import changed_scene
+from validation.scenes.load import NamedScene, changed_scene
 
 # Statuses that a repeated run may avoid: not kept, so that the next sweep tries again.
 FAILED, CRASHED, INTERRUPTED = "FAILED", "CRASHED", "INTERRUPTED"
@@ -72,20 +72,24 @@ def task_of(
     overrides: tuple[str, ...],
 ) -> SweepTask:  # fmt: skip
     """The task of a point; a refused scene is identified by its document and overrides."""
-    inputs: dict[str, Any] = {"model": model, "program": programs(model)}
     try:
-        scene = changed_scene(name, document, overrides, name)
-        inputs |= scene_inputs(scene.tables, model)
+        run = _digest(changed_scene(name, document, overrides, name), model)
     except UserError:
-        inputs |= {"scene": document, "overrides": list(overrides)}
-    return SweepTask(point, solver, model, overrides, key(inputs))
+        inputs = {"model": model, "program": programs(model), "scene": document}
+        run = key({**inputs, "overrides": list(overrides)})
+    return SweepTask(point, solver, model, overrides, run)
+
+
+def _digest(scene: NamedScene, model: str) -> str:
+    """`SweepTask.run` of a scene, with the content of its mesh file as it is found here."""
+    return key({"model": model, "program": programs(model), **scene_inputs(scene.tables, model)})
 
 
 def solve_tasks(
-    name: str, document: dict[str, Any], tasks: Sequence[tuple[str, tuple[str, ...]]],
+    name: str, document: dict[str, Any], tasks: Sequence[SweepTask],
     wanted: Mapping[str, Mapping[str, Any]],
 ) -> list[Row]:  # fmt: skip
-    """Solve tasks (model, overrides) in a worker; returns their rows in order.
+    """Solve tasks in a worker; returns their rows in order.
 
     wanted : by model, the `programs` of the command that sends them.
     """
@@ -95,9 +99,9 @@ def solve_tasks(
         check_program(programs(model), wanted[model], "worker")
     rows, warm = [], set[str]()
     with threadpool_limits(1, user_api="blas"):
-        for model, overrides in tasks:
-            rows.append(_solve(name, document, model, overrides, model in warm))
-            warm.add(model)
+        for task in tasks:
+            rows.append(_solve(name, document, task, task.model in warm))
+            warm.add(task.model)
     return rows
 
 
@@ -122,14 +126,13 @@ def difference(own: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
     return "" if own["source"] == wanted["source"] else "has other sources of fingertap"
 
 
-def _solve(
-    name: str, document: dict[str, Any], model: str, overrides: tuple[str, ...], warm: bool
-) -> Row:
+def _solve(name: str, document: dict[str, Any], task: SweepTask, warm: bool) -> Row:
     started = time.perf_counter()
     found = row(REFUSED, "")
     try:
-        scene = changed_scene(name, document, overrides, name)
-        record = solve(scene, model, None, warm=warm).record
+        scene = changed_scene(name, document, task.overrides, name)
+        _check_mesh(scene, task)
+        record = solve(scene, task.model, None, warm=warm).record
         summary = {name: v for name, v in record.summary.items() if name not in NOT_SHARED}
         found = row(record.status, record.message)
         found |= {"summary": plain(summary), "errors": plain(record.errors)}
@@ -138,6 +141,19 @@ def _solve(
     except RunFailedError as error:
         found = row(FAILED, str(error))
     return {**found, "spent_s": time.perf_counter() - started}
+
+
+def _check_mesh(scene: NamedScene, task: SweepTask) -> None:
+    """Refuse a mesh file that is not the one that the task was made with.
+
+    Raises RunFailedError: another machine may have another file of that name, or none.
+    """
+    mesh = scene.tables.solver.fem.mesh
+    if mesh is not None and _digest(scene, task.model) != task.run:
+        raise RunFailedError(
+            f"scene {scene.name}: solver.fem.mesh = {mesh}: is not the command's file here; give a"
+            " path at which all workers have the same file"
+        )
 
 
 def row(status: str, message: str) -> Row:

@@ -459,6 +459,95 @@ def test_scatter_up_to_the_threshold_is_no_contact(read: Read) -> None:
     assert any("202 samples of up to 0.45 N count as no contact" in note for note in found.notes)
 
 
+BOTH_HEAD = "time_s,normal_force_N,normal_force_sigma_N,tangential_force_N,tangential_force_sigma_N"
+TRUE = {
+    "peak_normal_force_N": 64.0,
+    "peak_tangential_force_N": -32.0,
+    "normal_impulse_N_s": 128.0 / np.pi,
+}
+
+
+def both_axes(times: np.ndarray, change: Callable[[np.ndarray], np.ndarray]) -> str:
+    """A tap of 64 and -32 N from 1 to 2 s, its tangential samples changed."""
+    pulse = np.where((times > 1.0) & (times < 2.0), np.sin(np.pi * (times - 1.0)), 0.0)
+    rows = zip(times.tolist(), pulse.tolist(), change(-32.0 * pulse).tolist(), strict=True)
+    return "\n".join([BOTH_HEAD, *(f"{t!r},{64.0 * n!r},0.01,{f!r},0.01" for t, n, f in rows)])
+
+
+def stray(force: np.ndarray) -> np.ndarray:
+    force[400] = -60.0
+    return force
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda force: force + 5.0, "tangential_force: the zero line lies at 5 N: subtract it"),
+        (lambda force: force - 5.0, "tangential_force: the zero line lies at -5 N: subtract it"),
+        (stray, "tangential_force: the largest sample, 60 N, stands"),
+        (lambda force: 4.0 * np.round(force / 4.0 + 0.2), ""),
+    ],
+)
+def test_the_tangential_forces_samples_are_judged_as_the_normal_ones(
+    change: Callable[[np.ndarray], np.ndarray], said: str, read: Read
+) -> None:
+    """Its error was sigma and scatter alone: 0.1 N for 5 to 28."""
+    reference = read(both_axes(np.linspace(0.5, 2.5, 1001), change))
+    off = abs(reference.record.summary["peak_tangential_force_N"] + 32.0)
+    assert off <= reference.record.errors["peak_tangential_force_N"] < 40.0
+    assert any(said in note for note in reference.notes)
+
+
+@pytest.mark.parametrize("gap", [0.05, 0.1, 0.2, 0.4])
+@pytest.mark.parametrize("middle", [0.35, 0.5, 0.6])
+def test_what_may_lie_in_a_gap_is_in_the_errors(gap: float, middle: float, read: Read) -> None:
+    """The number of samples was taken for their distance: errors were up to 120 times too small."""
+    time = np.linspace(0.5, 2.5, 1001)
+    found = read(both_axes(time[np.abs(time - 1.0 - middle) > 0.5 * gap], lambda f: f)).record
+    for key, true in TRUE.items():
+        assert abs(found.summary[key] - true) <= found.errors[key] < 0.5 * abs(true), key
+    at = found.summary["peak_normal_force_time_s"]
+    assert abs(at - 0.5) <= found.errors["peak_normal_force_time_s"]
+
+
+def test_round_off_is_no_offset(read: Read) -> None:
+    time = np.linspace(0.5, 2.5, 1001)
+    force = 64.0 * np.where((time > 1.0) & (time < 2.0), np.sin(np.pi * (time - 1.0)), 1e-16)
+    rows = (f"{t!r},{f!r},0.01" for t, f in zip(time.tolist(), force.tolist(), strict=True))
+    notes = read("\n".join([HALF_SINE_HEAD, *rows])).notes
+    assert not any("zero line" in note for note in notes)
+
+
+DAT_HEAD = " statistics for slave set {}, master set {} and time  {}\n"
+DAT_ROWS = "\n total surface force (fx,fy,fz) and moment about the origin (mx,my,mz)\n\n  {}\n\n"
+
+
+def dat(*pairs: tuple[str, str]) -> str:
+    """Contact pairs as CalculiX prints them, the n-th with n times the force."""
+    return "".join(
+        DAT_HEAD.format(*pair, f"{t:.7E}") + DAT_ROWS.format(f"{-n * f:E} {2 * n * f:E} 0.0E+00")
+        for t, f in ((0.1, 0.0), (0.2, 1.0), (0.3, 2.0), (0.4, 0.0))
+        for n, pair in enumerate(pairs, 1)
+    )
+
+
+def test_calculixs_pairs_of_one_slave_set_are_told_apart(read: Read) -> None:
+    """They were merged, or refused for times that do not rise."""
+    both = dat(("TIP", "FLOOR"), ("TIP", "WALL"))
+    for sidecar in ("", 'interface = "TIP"'):
+        with pytest.raises(UserError, match=r"which contact.*TIP/FLOOR slave, TIP/WALL slave"):
+            read(both, sidecar, "tap.dat")
+    found = read(both, 'interface = "TIP/WALL"', "tap.dat").record.summary
+    assert (found["peak_normal_force_N"], found["peak_tangential_force_N"]) == (8.0, -4.0)
+    for sidecar in ("", 'interface = "TIP"', 'interface = "TIP/FLOOR"'):
+        found = read(dat(("TIP", "FLOOR")), sidecar, "tap.dat").record.summary
+        assert found["peak_normal_force_N"] == 4.0
+    with pytest.raises(
+        UserError, match="CF's total surface force must follow; is the file cut off"
+    ):
+        read(both[:-40], "", "tap.dat")
+
+
 def rcforc(sides: tuple[str, str] = ("slave", "master"), interfaces: int = 1) -> str:
     lines = [" title", " {BEGIN LEGEND}", "      1   tip", " {END LEGEND}"]
     for t, f in ((0.0, 0.0), (1e-3, 2.0), (2e-3, 3.0), (3e-3, 0.0)):
@@ -553,6 +642,7 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
         (rcforc(interfaces=2), "", "which contact.*1 master, 1 slave, 2 master, 2 slave"),
         (rcforc(), "interface = 3", "which contact"),
         (rcforc()[:-20], "", "line 12: interface, time, x, y, z must follow"),
+        (rcforc(), 'tangential = "-y"', "normal = 'y' and tangential = '-y': are along one axis"),
         (rcforc(), 'normal = "-y"', r"can't pull; state in .* the right normal \(it is -y\)"),
     ],
 )  # fmt: skip

@@ -162,10 +162,12 @@ def test_what_anothers_package_imports_from_a_folder_is_part_of_its_results(
 ) -> None:
     """A plug-in's own library had changed, and its old numbers were read back."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    adapter = "import numpy\nimport sys\nimport nowhere\nfrom library.forces import force\n"
+    adapter = "import numpy, sys; import nowhere\nif sys: from library.forces import force\n"
     (tmp_path / "thin.py").write_text(adapter)
     (tmp_path / "library").mkdir()  # without __init__.py it is a package too
-    coded = "# -*- coding: latin-1 -*-\n# N\xe4herung\nfrom .signs import UP\nimport constants\n"
+    coded = (
+        "# -*- coding: latin-1 -*-\n# N\xe4herung\nfrom .signs import UP\nimport os, constants\n"
+    )
     (tmp_path / "library" / "forces.py").write_bytes(coded.encode("latin-1"))
     (tmp_path / "library" / "signs.py").write_text("UP = 1\n")
     (tmp_path / "constants.py").write_text("G = 9.8\n")

@@ -2,6 +2,8 @@
 
 import os
 import signal
+import struct
+import sys
 import threading
 import time
 from concurrent.futures import Future
@@ -9,7 +11,7 @@ from concurrent.futures import Future
 import pytest
 
 from validation.errors import RunFailedError, UserError
-from validation.harness.processes import workers
+from validation.harness.processes import CrashedError, call_isolated, workers
 
 
 def _die() -> None:
@@ -45,11 +47,6 @@ def test_answers_come_from_processes_that_are_used_again() -> None:
     assert os.getpid() not in numbers
 
 
-def test_named_arguments_are_handed_on() -> None:
-    with workers(1) as pool:
-        assert pool.submit(int, "11", base=2).result() == 3
-
-
 def test_an_error_comes_back_as_it_was_raised_and_the_next_job_is_done() -> None:
     with workers(1) as pool:
         refused = pool.submit(_refuse, -1.0)
@@ -78,6 +75,29 @@ def test_a_job_after_a_death_starts_another_process() -> None:
         with pytest.raises(RunFailedError, match="worker process died"):
             pool.submit(os._exit, 3).result()
         assert pool.submit(abs, -2).result() == 2
+
+
+def test_a_dead_process_leaves_no_open_pipe() -> None:
+    """After some 330 deaths healthy jobs failed for too many open files."""
+    open_files = []
+    with workers(1) as pool:
+        for _ in range(4):
+            with pytest.raises(RunFailedError, match="worker process died"):
+                pool.submit(_die).result()
+            open_files.append(len(os.listdir("/proc/self/fd")))
+    assert open_files[0] == open_files[-1]
+
+
+def _die_in_an_answer() -> None:
+    """Begin an answer of 1000 bytes on the pipe of `processes._answer`, and die."""
+    pipe = sys._getframe(1).f_locals["pipe"]
+    os.write(pipe.fileno(), struct.pack("!i", 1000) + b"begun")
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def test_a_process_that_dies_in_its_answer_has_crashed() -> None:
+    with pytest.raises(CrashedError, match="signal 9"):
+        call_isolated(_die_in_an_answer)
 
 
 def test_what_waits_is_dropped_when_the_command_fails() -> None:

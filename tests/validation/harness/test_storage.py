@@ -153,6 +153,15 @@ def test_bad_jobs_do_not_harm_the_others(tmp_path: Path) -> None:
     assert "surface.height" in records[1].message
 
 
+def test_a_refused_job_leaves_no_earlier_run(tmp_path: Path, make_record: Make) -> None:
+    job = Job("soft", "hcm", ("surface.height=0.001",))  # cuts the finger
+    task = execute.Task(job, tmp_path)
+    keep(tmp_path, Outcome(make_record(history={"time_s": np.arange(3.0)})))
+    (record,) = execute._work([task])
+    assert record.status == "FAILED"
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
 def test_a_crashing_process_is_a_failure_of_its_job(tmp_path: Path, monkeypatch: Patch) -> None:
     monkeypatch.setattr(execute, "_work", _die_on_one)
     jobs = [Job("soft", "hcm", (), name) for name in ("good", "crash", "fine")]

@@ -155,6 +155,19 @@ def test_a_damaged_result_is_said_and_made_again(how: str, tmp_path: Path, capsy
     assert store.load(INPUTS, text) == "one"
 
 
+@pytest.mark.parametrize("error", [OSError(errno.EMFILE, "Too many open files"), MemoryError()])
+def test_a_system_in_need_costs_no_entry(error: Exception, tmp_path: Path, capsys: Capture) -> None:
+    store = Store(tmp_path)
+    store.keep(INPUTS, writing("one"))
+
+    def fails(folder: Path) -> str:
+        raise error
+
+    assert store.load(INPUTS, fails) is None
+    assert "it is computed again" in capsys.readouterr().err
+    assert store.load(INPUTS, text) == "one"
+
+
 def test_every_bit_of_a_stored_run_is_watched(make_record: Make, tmp_path: Path) -> None:
     """A flipped bit anywhere is detected, or it is one that JSON does not read."""
     store, run = Store(tmp_path), make_record(history={"time_s": np.arange(3.0)})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from tests.validation.commands import Patch, Run
-from validation.errors import UserError
+from validation.errors import RunFailedError, UserError
 from validation.identify import contact as identify
 from validation.identify import contact_command
 from validation.scenes.load import load_scene
@@ -93,6 +93,25 @@ def test_a_patch_on_the_shaft_is_said(tmp_path: Path, fingertap: Run, monkeypatc
     assert ended.code == 2
     assert "negative" in ended.line
     assert "the patch reaches the shaft" in ended.line
+
+
+def test_compliances_beyond_their_statics_are_said() -> None:
+    (shaft,) = identify._yield_cautions(np.radians(20.0), 5.0)
+    assert "patches up to 0.35 R, which reach the shaft at 20 degrees" in shaft
+    (short,) = identify._yield_cautions(np.radians(38.0), 2.5)
+    assert "nearer to the tip than 3 R" in short
+    assert identify._yield_cautions(np.radians(38.0), 5.33) == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [("solver.hcm.max_contact_time=1e-5", "still in contact"),
+     ("solver.hcm.end_time=0.01", "it does not touch")],
+)  # fmt: skip
+def test_the_force_is_that_of_a_whole_tap(change: str, said: str) -> None:
+    """A run that ended in contact gave 79 N for 173."""
+    with pytest.raises(RunFailedError, match=said):
+        identify.reduced_peak(load_scene("hard", ("finger.elements=5", change)), 1e6)
 
 
 def test_identify_torque_prints_the_factor_and_the_times(

@@ -1,5 +1,6 @@
 """Plans and points: what is refused in one line, and where the points lie."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -129,6 +130,8 @@ TORQUES = '"drive.torques" = { values = [[0]] }\n'
         (HEAD + '[vary]\n"finger.phalanges" = { low = 1, high = 4 }', "give its values as a list"),
         (HEAD + '[vary]\n"drive.torques" = { low = 1, high = 4 }', "give its values as a list"),
         (HEAD + '[vary]\n"drive.reaction" = { low = 0, high = 1 }', "give its values as a list"),
+        (PLAN.replace("number = 4", 'kind = "grid"\nseed = 1'), "points.seed: nothing is random"),
+        (PLAN.replace('["hcm"]', r'[{ model = "hcm", variant = "a\u0000b" }]'), "a null byte"),
     ],
 )
 def test_a_bad_plan_is_refused_in_one_line(
@@ -252,6 +255,13 @@ def test_the_ends_of_a_range_are_as_written() -> None:
     for low, high in ((1e7, 1e11), (0.3, 0.49), (1e-9, 2.0)):
         for log in (False, True):
             assert values_of(Axis(low=low, high=high, log=log), ends) == [low, high]
+
+
+def test_a_plans_name_can_be_kept(tmp_path: Path) -> None:
+    """HDF5 refused it after all scenes had been solved."""
+    path = Path(os.fsdecode(os.fsencode(tmp_path) + b"/pl\xe9.toml"))
+    path.write_text(PLAN)
+    assert read_plan(path).name.encode() == rb"pl\udce9"
 
 
 def test_a_plans_scene_lies_beside_it(tmp_path: Path) -> None:

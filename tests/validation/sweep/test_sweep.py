@@ -165,6 +165,25 @@ def test_a_run_that_fails_is_tried_again(
     assert len(lines(tmp_path)) == 4
 
 
+def test_another_mesh_file_of_that_name_is_no_result(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A worker elsewhere may have another one, or none, under a relative path."""
+    for folder, content in (("here", b"one"), ("there", b"two"), ("nowhere", None)):
+        (tmp_path / folder).mkdir()
+        if content is not None:
+            (tmp_path / folder / "finger.vtu").write_bytes(content)
+    document, overrides = load_scene("soft").document, ("solver.fem.mesh='finger.vtu'",)
+    monkeypatch.chdir(tmp_path / "here")
+    task = runs.task_of(0, 0, "fem2d", "soft", document, overrides)
+    for folder, status in (("here", "REFUSED"), ("there", "FAILED"), ("nowhere", "FAILED")):
+        monkeypatch.chdir(tmp_path / folder)
+        (found,) = runs.solve_tasks("soft", document, [task], {})
+        assert found["status"] == status
+        assert ("is not the command's file" in found["message"]) == (status == "FAILED")
+    assert "FAILED" in runs.RETRIED
+
+
 @pytest.mark.usefixtures("in_this_process")
 def test_an_interrupted_sweep_has_what_was_finished(
     tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
@@ -220,7 +239,7 @@ def crew(answer: Callable[[tuple[str, ...]], list[Row]], log: list[int]) -> Crew
         future: Future[Any] = Future()
         log.append(len(given))
         try:
-            future.set_result(answer(tuple(overrides[0] for _, overrides in given)))
+            future.set_result(answer(tuple(task.overrides[0] for task in given)))
         except CancelledError:
             future.cancel()
             future.set_running_or_notify_cancel()
@@ -265,8 +284,14 @@ def test_a_scene_that_kills_its_worker_costs_the_others_nothing() -> None:
 
     kept, log = solved(dies)
     assert [p for p, found in kept.items() if found["status"] == CRASHED] == [200]
-    assert "worker died" in kept[200]["message"]
+    assert "twice: RunFailedError: a worker process died" in kept[200]["message"]
     assert sum(log) < 400 + 60
+
+    def fails(given: tuple[str, ...]) -> list[Row]:
+        raise ValueError("of its own")
+
+    kept, _ = solved(fails, 2)
+    assert "twice: ValueError: of its own" in kept[1]["message"]
 
 
 def test_batches_that_are_whole_are_kept_before_an_interrupt_ends_the_sweep() -> None:

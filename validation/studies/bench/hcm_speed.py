@@ -54,7 +54,7 @@ def measure_throughput(quick: bool, progress: Progress) -> dict[str, int | float
     steps, start = 0, time.perf_counter()
     for done, outcome in enumerate(hcm.simulate_each(given, processes), 1):
         endings[outcome.status.lower().replace("_", " ")] += 1
-        steps += outcome.steps
+        steps += outcome.steps or 0
         progress(done / count, "random scenes")
     wall_time_s = time.perf_counter() - start
     return {

@@ -75,7 +75,8 @@ ELSEWHERE = {
     "python3 -m venv .venv": INSTALLS, "pip install -e .": INSTALLS,
     "pip install -e .[test]": INSTALLS, "pip install -e .[docs]": INSTALLS,
     "pip install ./docs/plugin-example": "as above; here it is installed by a file of its name",
-    "pip install fingertap[interactive]": INSTALLS, "pip install fingertap[dask]": INSTALLS,
+    "pip install fingertap[interactive]": INSTALLS, "pip install -e .[dask]": INSTALLS,
+    ". activate": "tests call the environment's own programs",
     "sphinx-build docs out/docs": "by .ci/run, without the gallery, which test_documents.py runs",
     "sphinx-build -W docs out/docs": "as above",
     **dict.fromkeys((

@@ -485,7 +485,7 @@ def stray(force: np.ndarray) -> np.ndarray:
         (lambda force: force + 5.0, "tangential_force: the zero line lies at 5 N: subtract it"),
         (lambda force: force - 5.0, "tangential_force: the zero line lies at -5 N: subtract it"),
         (stray, "tangential_force: the largest sample, 60 N, stands"),
-        (lambda force: 4.0 * np.round(force / 4.0 + 0.2), ""),
+        (lambda force: 5.0 * np.round(force / 5.0), ""),
     ],
 )
 def test_the_tangential_forces_samples_are_judged_as_the_normal_ones(

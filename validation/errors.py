@@ -24,9 +24,14 @@ def reason(error: Exception) -> str:
     return getattr(error, "strerror", None) or str(error)
 
 
+def in_one_line(error: BaseException, most: int | None = None) -> str:
+    """An error's message without line breaks, no longer than `most`; empty if it has none."""
+    return " ".join(str(error).split())[:most]
+
+
 def model_failure(scene: str, model: str, error: BaseException, where: str = "") -> RunFailedError:
     """What ends a command where a model's own code fails, in one line; where : its trace is."""
-    text = " ".join(str(error).split()) or "no message"
+    text = in_one_line(error) or "no message"
     return RunFailedError(f"scene {scene}, model {model}: {type(error).__name__}: {text}{where}")
 
 

@@ -10,7 +10,7 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
-from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity
+from validation.harness.quantities import QUANTITIES, Quantity
 from validation.harness.uncertainty import with_error
 
 if TYPE_CHECKING:  # help and errors need no numpy
@@ -85,10 +85,9 @@ def summary_text(record: "RunRecord") -> str:
     lines = [f"{record.scene}, {record.label}: {record.status.lower().replace('_', ' ')}"]
     for entry in QUANTITIES:
         value = record.summary.get(entry.key)
-        parts = COMPONENTS if entry.key == TIP_VELOCITY else (entry,)
         if isinstance(value, bool):
             text = "yes" if value else "no"
-        elif value is not None and None not in (texts := [shown(part, record) for part in parts]):
+        elif value is not None and None not in (texts := [shown(p, record) for p in entry.parts]):
             text = ", ".join(map(str, texts))
         else:
             continue

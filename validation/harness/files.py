@@ -85,9 +85,14 @@ def write_dataset(path: Path, dataset: "xarray.Dataset") -> None:
         temporary.write_bytes(content)
 
 
+def json_text(value: Mapping[str, Any]) -> str:
+    """JSON in lines; what is not finite becomes null."""
+    return json.dumps(plain(value), indent=2, allow_nan=False)
+
+
 def write_json(path: Path, value: Mapping[str, Any]) -> None:
-    """Write JSON atomically; what is not finite becomes null."""
-    write_text(path, json.dumps(plain(value), indent=2, allow_nan=False) + "\n")
+    """Write `json_text` atomically."""
+    write_text(path, json_text(value) + "\n")
 
 
 def remove(folder: Path, *patterns: str) -> None:

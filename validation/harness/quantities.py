@@ -61,6 +61,11 @@ class Quantity:
     digits: int = 4
 
     @property
+    def parts(self) -> tuple["Quantity", ...]:
+        """The components of a vector, else itself."""
+        return COMPONENTS if self.key == TIP_VELOCITY else (self,)
+
+    @property
     def unit(self) -> str:
         """The unit that tables show, empty for a pure number."""
         unit = unit_of(self.key)

@@ -32,7 +32,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from validation.errors import reason
+from validation.errors import in_one_line, reason
 from validation.harness.console import say
 from validation.harness.files import file_digest
 
@@ -111,7 +111,7 @@ class Store:
         except Exception as error:  # JSON, NumPy and the like raise whatever parsing hits
             # if the folder has changed meanwhile, another process is replacing it
             if this is not None and _folder_id(entry) == this:
-                why = " ".join(str(error).split())[:100] or type(error).__name__
+                why = in_one_line(error, 100) or type(error).__name__
                 say(f"stored result {entry}: {why}; it is computed again")
                 if not (isinstance(error, MemoryError) or getattr(error, "errno", None) in PASSING):
                     _discard(entry)

@@ -1,6 +1,5 @@
 """``fingertap identify contact``: k and eta^2 of a scene's tip, as table, plot and JSON."""
 
-import json
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,7 @@ import numpy as np
 from validation.harness.command_line import AsJson, Overrides, Source
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
-from validation.harness.files import exclusive_folder, safe_name, write_json
-from validation.harness.record import plain
+from validation.harness.files import exclusive_folder, json_text, safe_name, write_json
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import with_error
 from validation.identify.contact import ContactIdentification, identify_contact
@@ -128,7 +126,7 @@ def run_identify_contact(
     for caution in found.cautions:
         say(f"caution: {caution}")
     if as_json:
-        output(json.dumps(plain(to_json(found)), indent=2, allow_nan=False))
+        output(json_text(to_json(found)))
         return
     output(f"{named.name}: {title.lower()}")
     for row in table:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from validation.errors import UserError
+from validation.errors import UserError, in_one_line
 
 FIELDS = Path("fields")
 DAMAGED = (  # what parsing may raise: not JSON, not a number, a missing key, nested too deeply
@@ -87,7 +87,7 @@ def read_curves(folder: Path) -> tuple[str, Any]:
 
 
 def _damaged(folder: Path, part: str, error: Exception) -> UserError:
-    why = " ".join(str(error).split())[:100]
+    why = in_one_line(error, 100)
     return UserError(
         f"render {folder}: {part} is damaged or not a run's ({type(error).__name__}: {why}); "
         "make the run again with fingertap run, or give its scene"

@@ -1,6 +1,5 @@
 """``fingertap run``: one model on one scene."""
 
-import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +16,7 @@ from validation.harness.command_line import (
     Source,
 )
 from validation.harness.console import output, output_kept, progress_bar, say, summary_text
-from validation.harness.files import exclusive_folder, safe_name
+from validation.harness.files import exclusive_folder, json_text, safe_name
 from validation.harness.record import RunRecord
 from validation.harness.run_files import write_run
 from validation.harness.store import Store
@@ -86,7 +85,7 @@ def run_scene(
     record = kept.record
     if record.ok and record.message:
         say(f"caution: {record.message}")
-    output(json.dumps(record.to_json(), indent=2) if as_json else summary_text(record))
+    output(json_text(record.to_json()) if as_json else summary_text(record))
     if failure := failure_of(kept, folder, checkpoint):
         raise RunFailedError(f"scene {named.name}, model {model}: {failure}")
     if not as_json:

@@ -12,7 +12,7 @@ import xarray
 
 from validation.harness.files import remove, write_dataset, write_text
 from validation.harness.provenance import provenance
-from validation.harness.quantities import COMPONENTS, QUANTITIES, TIP_VELOCITY, Quantity, unit_of
+from validation.harness.quantities import QUANTITIES, Quantity, unit_of
 from validation.harness.record_schema import stated_errors
 from validation.sweep.axis import scene_number_of
 from validation.sweep.plan import Plan
@@ -24,10 +24,7 @@ DATASET, TABLE = "sweep.nc", "sweep.csv"
 NOT_SOLVED = "NOT_SOLVED"
 WORDS = ("status", "message", "processor")
 NUMBERS = tuple(
-    entry
-    for quantity in QUANTITIES
-    for entry in (COMPONENTS if quantity.key == TIP_VELOCITY else (quantity,))
-    if quantity.key not in NOT_SHARED
+    entry for quantity in QUANTITIES for entry in quantity.parts if quantity.key not in NOT_SHARED
 )
 
 

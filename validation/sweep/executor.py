@@ -16,7 +16,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from validation.errors import RunFailedError, UserError
+from validation.errors import RunFailedError, UserError, in_one_line
 from validation.harness.console import say
 from validation.harness.processes import workers
 from validation.harness.provenance import cores
@@ -98,7 +98,7 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
         client = Client(address, timeout=CONNECT_S, set_as_default=False)
     except (OSError, ValueError) as error:  # a wrong address is a ValueError
         raise UserError(
-            f"--dask {address}: no scheduler answers ({' '.join(str(error).split())[:100]});"
+            f"--dask {address}: no scheduler answers ({in_one_line(error, 100)});"
             " check the address that dask scheduler prints"
         ) from error
     with client:
@@ -165,7 +165,7 @@ def _check_workers(client: Any, address: str, models: Sequence[str]) -> None:
                 check_program(there, programs(model), f"--dask {address}: worker {name}")
     except (ValueError, ImportError, AttributeError) as error:
         raise UserError(
-            f"--dask {address}: workers have other versions: {' '.join(str(error).split())[:300]};"
+            f"--dask {address}: workers have other versions: {in_one_line(error, 300)};"
             " install the same there"
         ) from error
 
@@ -241,7 +241,7 @@ def _rows(future: Future[list[Row]], batch: Batch, again: deque[Batch]) -> list[
         raise
     except Exception as error:  # its worker died; the scenes' own errors are rows
         if len(batch.tasks) == 1 and batch.deaths:
-            why = f"{type(error).__name__}: {' '.join(str(error).split())[:200]}"
+            why = f"{type(error).__name__}: {in_one_line(error, 200)}"
             return [row(CRASHED, f"its worker gave no rows twice: {why}")]
         again.extend(Batch((task,), batch.cuts, 1) for task in batch.tasks)
     return []

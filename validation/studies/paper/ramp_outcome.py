@@ -3,7 +3,6 @@
 The stored outcome is the output of ``fingertap identify ramp --json``.
 """
 
-import json
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, partial
@@ -14,6 +13,7 @@ from pydantic import TypeAdapter
 from validation import DATA
 from validation.harness.command_line import AsJson
 from validation.harness.console import output, progress_bar
+from validation.harness.files import json_text
 from validation.harness.processes import Workers, workers
 from validation.harness.provenance import cores, provenance
 from validation.harness.uncertainty import two_digits
@@ -112,7 +112,7 @@ def run_identify_ramp(*, as_json: AsJson = False) -> None:
     with workers(cores()) as pool, progress_bar("ramps") as progress:
         outcome = compute(pool, progress)
     if as_json:
-        output(json.dumps({"provenance": provenance({}), **asdict(outcome)}, indent=1))
+        output(json_text({"provenance": provenance({}), **asdict(outcome)}))
         return
     points, rows = outcome.points, driven_ids()
     output("largest deviation of the three arrival times, the best of all factors and damping:")

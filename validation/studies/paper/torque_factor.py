@@ -9,7 +9,6 @@ measurements of one unknown: least squares on the relative residuals
 with the standard uncertainty s/|J|, s^2 = sum r^2/(3 - 1), J = dr/dfactor (linear regression).
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -20,6 +19,7 @@ from validation.compare.claims import read_claims
 from validation.errors import RunFailedError
 from validation.harness.command_line import AsJson
 from validation.harness.console import output
+from validation.harness.files import json_text
 from validation.harness.processes import Workers, workers
 from validation.harness.provenance import cores
 from validation.harness.store import NO_STORE, Store
@@ -215,7 +215,7 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
             "alone": {scene: asdict(one) for scene, one in identified.by_case.items()},
             "numerics": {name: to_json(fit) for name, fit in identified.by_numerics.items()},
         }
-        output(json.dumps({**to_json(found), **more, "predictions": predicted}, indent=2))
+        output(json_text({**to_json(found), **more, "predictions": predicted}))
         return
     output(f"factor on the printed t_3: {found.factor:.4g} +- {found.uncertainty:.2g} N m a unit")
     for scene, time in found.computed.items():

@@ -127,7 +127,10 @@ def _cut_long(mesh: PhalanxMesh, plan: PhalanxPlan) -> PhalanxMesh:
     ends = [mesh.roles[role] for role in ("proximal_face", "distal_face") if role in mesh.roles]
     assert plan.fine is not None
     size = volumes(mesh.points, mesh.cells) ** (1.0 / mesh.points.shape[1])
-    depth, beside = from_contact(mesh.points, plan)
+    below, beside = from_contact(mesh.points, plan)
+    # edges grow from the round surface on, which within the patch lies this far above the touch
+    within = np.minimum(beside, min(plan.fine.even, plan.radius))
+    depth = np.maximum(np.sqrt(plan.radius**2 - within**2) - plan.radius - below, 0.0)
     apart = np.hypot(depth, np.maximum(beside - plan.fine.even, 0.0))[mesh.cells].min(axis=1)
     asked = plan.fine.fine + (plan.fine.growth - 1.0) * apart
     long = (size > LONG * asked) & ~np.isin(mesh.cells, np.concatenate(ends)).any(axis=1)

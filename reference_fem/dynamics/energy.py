@@ -60,7 +60,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         material_dissipation_J=material,
         drive_work_J=work,
         energy_balance_J=stored - work - origin_energy_J,
-        coulomb_excess_N=float(row[law.EXCESS]),
+        coulomb_excess_N=float(block.log[0, law.EXCESS]),  # of one site, in half a model too
         contact_area_m2=float(row[law.AREA]),
         peak_pressure_Pa=float(block.pressure.max()),
         hinge_reactions_N=block.reactions * factor,

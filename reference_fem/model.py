@@ -1,6 +1,6 @@
 """From mesh, materials, surface and drive to the arrays that the explicit loop runs on."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,7 @@ from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.kinds import chord_thickness, hex8, hex8_one_point, quad4_plane_stress
 from reference_fem.joints.hinges import Hinges, build_hinges, mean_weights
 from reference_fem.joints.section import Couple, build_section
+from reference_fem.mesh_sets import bodies, symmetry_plane, wanted
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, Settings, Surface, check_materials
 from reference_fem.stable_step import stable_step
@@ -87,15 +88,15 @@ def build_model(
 
     A mesh without any hinge set is a free body.
 
-    Raises ValueError: sets are missing, their numbers do not match materials or torques, or hinges
-        do not meet.
+    Raises ValueError: sets are missing or not what they are named for, their numbers do not match
+        materials or torques, hinges do not meet, or the mesh is not its `shape`.
     """
     count = mesh.phalanges
     check_materials(materials, count)
-    phalanx, body_of_point, body_nodes = _bodies(mesh)
+    phalanx, body_of_point, body_nodes = bodies(mesh)
     kernel = _kernel(mesh, materials, phalanx, settings)
     points, cells = kernel.points, kernel.cells
-    symmetry = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
+    symmetry = symmetry_plane(mesh)
     symmetry_factor = 2 if symmetry.size else 1
     ties = ties_of(mesh.ties)
     mass = ties.sums(kernel.lumped_mass)
@@ -108,7 +109,7 @@ def build_model(
     contact = contact_law(
         TouchingBody(
             mesh=mesh,
-            facets=_wanted(mesh.facet_sets, "surface", "facet"),
+            facets=_surface(mesh, body_of_point),
             mass=mass,
             symmetry_factor=symmetry_factor,
             cell_volume=kernel.cell_volume,
@@ -121,7 +122,7 @@ def build_model(
     hinge_sides, hinge_points = _hinge_sides(mesh)
     contact_cells = np.flatnonzero(np.isin(cells, contact.nodes).any(axis=1))
     loads = drive.loads_for(count) / symmetry_factor
-    last = _wanted(mesh.cell_sets, f"phalanx_{count}", "cell")
+    last = np.flatnonzero(phalanx == count - 1)
     springs = contact.nodes, contact.stiffness
     step_s = settings.step_factor * stable_step(
         kernel, *springs, symmetry, contact.damping, ties, contact.coupled_eigenvalue
@@ -140,12 +141,12 @@ def build_model(
         torques=drive.torques_for(count) / symmetry_factor,
         contact=contact,
         probe=build_probe(kernel, last, float(mesh.radii[-1])),
-        pole=int(_wanted(mesh.node_sets, "pole", "node")[0]),
+        pole=int(wanted(mesh.node_sets, "pole", "node", len(points))[0]),
         chain=build_chain(points, mass, body_nodes, hinge_points, loads, drive.gravity_vector)
         if hinge_sides
         else None,
         body_of_point=body_of_point,
-        touching_body=int(body_of_point[contact.nodes[0]]),
+        touching_body=count - 1,
         contact_cells=contact_cells,
         surface=surface,
         gravity_vector=drive.gravity_vector,
@@ -155,21 +156,12 @@ def build_model(
     )
 
 
-def _bodies(mesh: meshes.FingerMesh) -> tuple[Index, Index, list[Index]]:
-    """Phalanx of each cell and of each node, from 0, and the nodes of each phalanx."""
-    phalanx = np.full(len(mesh.cells), -1, dtype=np.int64)
-    body_of_point = np.full(len(mesh.points), -1, dtype=np.int64)
-    body_nodes = []
-    for w in range(mesh.phalanges):
-        body = _wanted(mesh.cell_sets, f"phalanx_{w + 1}", "cell")
-        body_nodes.append(np.unique(mesh.cells[body]))
-        phalanx[body], body_of_point[body_nodes[w]] = w, w
-    if (phalanx < 0).any() or (body_of_point < 0).any():
-        raise ValueError(
-            "cell sets phalanx_w: some cells or nodes belong to no phalanx; every cell needs one "
-            "and every node a cell"
-        )
-    return phalanx, body_of_point, body_nodes
+def _surface(mesh: meshes.FingerMesh, body_of_point: Index) -> Index:
+    """Facets that may touch, all of the last phalanx."""
+    facets = wanted(mesh.facet_sets, "surface", "facet")
+    if (body_of_point[facets] != mesh.phalanges - 1).any():
+        raise ValueError("mesh: facet set 'surface' must lie on the last phalanx alone")
+    return facets
 
 
 def _kernel(
@@ -196,7 +188,7 @@ def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array) -> Iterator[Cou
         if drive.reaction and w > 0:
             faces.append((w - 1, f"distal_face_{w}", -1.0))
         for phalanx, face, sign in faces:
-            nodes = _wanted(mesh.node_sets, face, "node")
+            nodes = wanted(mesh.node_sets, face, "node", len(mesh.points))
             yield Couple(phalanx, w, sign, build_section(mesh.points, nodes, mass))
 
 
@@ -217,13 +209,6 @@ def _formulation(dim: int, settings: Settings) -> Callable[..., ElementKernel]:
     return known[name]
 
 
-def _wanted(sets: Mapping[str, Index], name: str, kind: str) -> Index:
-    members = np.asarray(sets.get(name, ()), dtype=np.int64)
-    if not members.size:
-        raise ValueError(f"mesh: {kind} set '{name}' is missing or empty; a finger mesh needs it")
-    return members
-
-
 def _hinge_sides(
     mesh: meshes.FingerMesh,
 ) -> tuple[list[tuple[tuple[Index, Array], ...]], Array]:
@@ -233,7 +218,7 @@ def _hinge_sides(
     radii = mesh.radii
 
     def side(name: str, radius: float) -> tuple[Index, Array, Array]:
-        nodes = _wanted(mesh.node_sets, name, "node")
+        nodes = wanted(mesh.node_sets, name, "node", len(mesh.points))
         try:
             nodes, weights = mean_weights(mesh.points, mesh.cells, nodes, radius)
         except ValueError as error:

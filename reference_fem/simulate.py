@@ -78,13 +78,14 @@ def simulate(
     check_optional("restart", restart, Restart)
     check_optional("companion", companion, meshes.FingerMesh)
     check_optional("compared", compared, TapResult)
-    if companion is not None and (
-        (companion.dim, companion.phalanges) != (mesh.dim, mesh.phalanges)
-    ):
-        raise ValueError(
-            f"companion: {companion.dim}D with {companion.phalanges} phalanges: must be a mesh of"
-            f" the run's finger, {mesh.dim}D with {mesh.phalanges}"
-        )
+    if companion is not None:
+        if (companion.dim, companion.phalanges) != (mesh.dim, mesh.phalanges):
+            raise ValueError(
+                f"companion: {companion.dim}D with {companion.phalanges} phalanges: must be a mesh"
+                f" of the run's finger, {mesh.dim}D with {mesh.phalanges}"
+            )
+        if None not in (companion.shape, mesh.shape) and companion.shape != mesh.shape:
+            raise ValueError("companion: its shape is not that of the run's mesh, another finger's")
     run, solved = _solve(scene, progress, restart)
     run = replace(run, given=scene.given)
     if not settings.estimate or run.status is not Status.COMPLETED:

@@ -16,6 +16,9 @@ LEGENDRE = np.polynomial.legendre.leggauss(POINTS)
 """Nodes and weights on -1..1; an eigenvalue problem, solved once."""
 LARGEST_CHANGE = 0.5
 """Largest relative change of a node's mass by `mass_factors`."""
+LEAST_MASS, MOST_MASS, FARTHEST = 0.55, 1.2, 0.1
+"""A phalanx's mass over its shape's, and the distance of their centres over its length, beyond
+which the mesh is of another body: sections of four chords have 0.64."""
 LARGEST_CONDITION = 1e12
 """Condition of `mass_factors`' equations beyond which they tell nothing: nodes on a circle."""
 
@@ -108,6 +111,8 @@ def mass_factors(
 
     lumped_mass : (n_points,), as meshed. true : the chain of `true_chain`.
     symmetry_factor : the full body's masses over the mesh's.
+
+    Raises ValueError: a phalanx is not the shape's, by its mass or the place of its centre.
     """
     factors = np.ones(len(points))
     for w, nodes in enumerate(body_nodes):
@@ -115,6 +120,14 @@ def mass_factors(
         centre = true.origins[w] + true.arms[w, w]
         length = np.ptp(points[nodes, 0])
         arm = (points[nodes, :2] - centre) / length
+        share = symmetry_factor * mass.sum() / true.mass[w]
+        off = float(np.linalg.norm(mass @ arm / mass.sum()))
+        if not (LEAST_MASS < share < MOST_MASS and off < FARTHEST):
+            raise ValueError(
+                f"mesh: phalanx {w + 1} has {share:.3g} times the mass of mesh.shape's, and its"
+                f" centre is {off:.2g} of its length away from that one's: give the shape of this"
+                " mesh, where meshes places it, or None (half a body needs its node set 'symmetry')"
+            )
         basis = np.stack([np.ones(nodes.size), *arm.T, (arm**2).sum(axis=1)])
         wanted = np.array([true.mass[w], 0.0, 0.0, true.inertia[w] / length**2]) / symmetry_factor
         matrix = basis * mass @ basis.T

@@ -80,6 +80,21 @@ def results() -> str:
     return table(("key (SI units)", "title", "shown in", "error estimated"), rows)
 
 
+def statuses() -> str:
+    """How runs end, and what to do about it."""
+    import hcm
+    import reference_fem
+
+    rows = [
+        (f"`{status.name}`", models, status.value, status.advice)
+        for models, kind in (
+            ("hcm, hcm-refined", hcm.Status), ("fem3d, fem2d", reference_fem.Status)
+        )
+        for status in kind
+    ]  # fmt: skip
+    return table(("status", "models", "in words", "what to do"), rows)
+
+
 def shortcuts() -> str:
     """What a run may skip, and the keys that do without."""
     from validation.studies.bench.shortcuts import HCM, SOLID, SOLID_FULL
@@ -95,7 +110,7 @@ def shortcuts() -> str:
 def write_all(folder: Path) -> None:
     """Write every page that has changed."""
     folder.mkdir(exist_ok=True)
-    for make in (commands, scene_keys, results, shortcuts):
+    for make in (commands, scene_keys, results, statuses, shortcuts):
         path, text = folder / f"{make.__name__}.md", make() + "\n"
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")

@@ -162,12 +162,14 @@ def simulate_each(
             part, future = waiting.popleft()
             try:
                 outcomes = future.result()
-            except BrokenProcessPool:  # one of its processes was killed: all parts are lost
+            except BrokenProcessPool:  # one of its processes was killed: what is not done is lost
                 pool.shutdown()
                 outcomes = [_alone(scene, accuracy, stop) for scene in part]
                 pool = _pool(count, stop)
                 lost, waiting = waiting, deque()
-                waiting.extend((part, _submitted(pool, part, accuracy)) for part, _ in lost)
+                for part, one in lost:
+                    whole = one.done() and one.exception() is None
+                    waiting.append((part, one if whole else _submitted(pool, part, accuracy)))
             yield from outcomes
     finally:  # on an interrupt too: runs end within a call of the loop
         stop.value = 1

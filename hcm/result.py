@@ -47,8 +47,8 @@ class Status(Enum):
 
 _ADVICE = {
     Status.COMPLETED: "",
-    Status.NOT_REACHED: "raise the surface (surface.height), turn the torques (drive.torques)"
-    " towards it, or raise solver.hcm.max_flight_time",
+    Status.NOT_REACHED: "lower surface.height, turn the torques (drive.torques) towards the"
+    " surface, or raise solver.hcm.max_flight_time",
     Status.STILL_IN_CONTACT: "raise solver.hcm.end_time or solver.hcm.max_contact_time, or reduce"
     " the torques that press the tip on the surface",
     Status.NEWTON_FAILED: "reduce solver.hcm.flight_step and solver.hcm.contact_step, or raise"

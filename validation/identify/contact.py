@@ -185,8 +185,8 @@ def _yield_cautions(below: float, length: float) -> tuple[str, ...]:
         )
     if length < LENGTH:
         found.append(
-            f"{keys} depend on the held cut, which is nearer to the tip than {LENGTH:g} R: do not"
-            " use them; a last phalanx of that length has the same tip"
+            f"{keys} depend on the hinge's face, held and nearer to the tip than {LENGTH:g} R: use"
+            " those of a finger whose last phalanx is that long or longer"
         )
     return tuple(found)
 

@@ -64,7 +64,6 @@ def symmetry_plane(mesh: meshes.FingerMesh) -> Index:
     nodes = np.asarray(mesh.node_sets.get("symmetry", ()), dtype=np.int64)
     if not nodes.size:
         return nodes
-    nodes = wanted(mesh.node_sets, "symmetry", "node", len(mesh.points))
     z = mesh.points[:, -1]
     flat = FLAT * np.ptp(z)
     if mesh.dim == 2 or z.min() < -flat or np.setxor1d(nodes, np.flatnonzero(z <= flat)).size:

@@ -511,10 +511,7 @@ def test_what_may_lie_in_a_gap_is_in_the_errors(gap: float, middle: float, read:
 
 
 def test_round_off_is_no_offset(read: Read) -> None:
-    time = np.linspace(0.5, 2.5, 1001)
-    force = 64.0 * np.where((time > 1.0) & (time < 2.0), np.sin(np.pi * (time - 1.0)), 1e-16)
-    rows = (f"{t!r},{f!r},0.01" for t, f in zip(time.tolist(), force.tolist(), strict=True))
-    notes = read("\n".join([HALF_SINE_HEAD, *rows])).notes
+    notes = read(half_sine(np.linspace(0.5, 2.5, 1001), 0.01, 6.4e-15)).notes
     assert not any("zero line" in note for note in notes)
 
 

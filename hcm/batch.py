@@ -19,6 +19,7 @@ from multiprocessing import connection, get_context, parent_process
 from threading import Thread
 from typing import TYPE_CHECKING, Any
 
+import numba
 import numpy as np
 
 from hcm.accuracy import simulate_within
@@ -144,7 +145,7 @@ def simulate_each(
         check_accuracy(accuracy)
     if workers is not None and not (some := Bound(integer=True, at_least=1)).holds(workers):
         raise ParameterError(f"workers = {workers!r}: must be {some.allowed()}")
-    count = workers or len(os.sched_getaffinity(0))
+    count = workers or numba.config.NUMBA_DEFAULT_NUM_THREADS
     given, stop = iter(scenes), _FORKED.RawValue("b")
     for scene in islice(given, 1):
         first = _tap(scene, accuracy)
@@ -229,7 +230,7 @@ def simulate_many(
     """`simulate_each` as one table over a dimension ``scene``, units in the attributes.
 
     Numbers that a scene does not have are NaN. Estimated errors, if a scene's settings ask for
-    them, are named ``error_`` and the number's name.
+    them, have the number's name and ``_error``.
     """
     return table(list(simulate_each(scenes, workers, accuracy)))
 
@@ -288,7 +289,7 @@ def table(outcomes: Sequence[Outcome]) -> xarray.Dataset:
     for f in fields(Summary):
         columns[f.name] = column(f.name, [getattr(o.summary, f.name, None) for o in outcomes])
     for name in TITLES:
-        columns[f"error_{name}"] = column(name, [o.errors.get(name) for o in outcomes])
+        columns[f"{name}_error"] = column(name, [o.errors.get(name) for o in outcomes])
     for name in ("steps", "wall_time_s"):
         columns[name] = column(name, [getattr(o, name) for o in outcomes])
     return xarray.Dataset(columns, coords={"axis": ["x", "y"]})

@@ -186,10 +186,10 @@ def test_the_table_has_units_and_whole_columns() -> None:
     table = hcm.simulate_many(scenes()[-2:])
     assert dict(table.sizes) == {"scene": 2, "axis": 2}
     assert table["normal_impulse_N_s"].units == "N s"
-    assert table["error_tip_velocity_at_contact_m_per_s"].units == "m/s"
+    assert table["tip_velocity_at_contact_m_per_s_error"].units == "m/s"
     assert table["tip_velocity_at_contact_m_per_s"].dims == ("scene", "axis")
     assert table["steps"].dtype.kind == "i"
-    assert np.isnan(table["error_peak_normal_force_N"].values).tolist() == [True, False]
+    assert np.isnan(table["peak_normal_force_N_error"].values).tolist() == [True, False]
     # an empty batch is a table too
     assert hcm.simulate_many([]).sizes["scene"] == 0
 

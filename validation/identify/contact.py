@@ -39,7 +39,7 @@ LENGTH = 3.0  # length of the modelled end over its radius
 # Radius of the nodes that may touch over the contact radius, and where the patch reaches the shaft,
 # along which it is longer.
 REACH, SHAFT_REACH = 2.0, 4.0
-ROUNDS = 6  # fixed-point iterations; each contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
+ROUNDS = 12  # fixed-point iterations; each contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
 
 
@@ -239,14 +239,21 @@ def yields(
 def stated_force(
     scene: NamedScene, stiffness: Callable[[float], float], guess: float | None = None
 ) -> float:
-    """F with F = the reduced model's peak force with k(F), by fixed-point iteration, N."""
+    """F with F = the reduced model's peak force with k(F), by fixed-point iteration, N.
+
+    Raises RunFailedError: the forces still differ by more than 1e-4 after `ROUNDS` (two peaks of
+    like height, of which now one is the higher and now the other).
+    """
     force = guess or reduced_peak(scene, scene.tables.tip.normal_stiffness)
     for _ in range(ROUNDS):
         following = reduced_peak(scene, stiffness(force))
         if abs(following - force) < 1e-4 * force:
             return following
-        force = following
-    return force
+        last, force = force, following
+    raise RunFailedError(
+        f"scene {scene.name}: the reduced model's peak force, with the k of that force, is now"
+        f" {last:.4g} N and now {force:.4g} N; change the tap, by surface.height for instance"
+    )
 
 
 def reduced_peak(scene: NamedScene, stiffness: float) -> float:

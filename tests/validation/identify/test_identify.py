@@ -114,6 +114,14 @@ def test_the_force_is_that_of_a_whole_tap(change: str, said: str) -> None:
         identify.reduced_peak(load_scene("hard", ("finger.elements=5", change)), 1e6)
 
 
+def test_a_force_that_does_not_settle_is_refused(monkeypatch: Patch) -> None:
+    """Above 150 N one of two peaks is the higher, below it the other: no F has k(F)."""
+    peak = lambda scene, k: 100.0 if k > 150.0 else 200.0  # noqa: E731
+    monkeypatch.setattr(identify, "reduced_peak", peak)
+    with pytest.raises(RunFailedError, match=r"now (100|200) N and now (100|200) N"):
+        identify.stated_force(load_scene("soft"), lambda force: force, 100.0)
+
+
 def test_identify_torque_prints_the_factor_and_the_times(
     monkeypatch: Patch, fingertap: Run
 ) -> None:

@@ -99,7 +99,7 @@ class Event:
 
 @dataclass(frozen=True)
 class History:
-    """Values at every accepted step; n rows, P phalanges.
+    """Values at every accepted step, and at the stages of `gauss` in contact; n rows, P phalanges.
 
     mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
     hinge_reactions_N (n, P, 2) is -lam_w: the force that hinge w exerts on phalanx w.

@@ -1,7 +1,5 @@
 """Memory and time that a run will need, estimated before anything is allocated."""
 
-from dataclasses import dataclass
-
 from hcm.parameters import Finger, ParameterError, Settings
 from hcm.result import COLUMNS
 
@@ -16,37 +14,19 @@ SECONDS_A_STEP = 1e-6
 COPIES = 2
 
 
-@dataclass(frozen=True)
-class RunSize:
-    """Size of a run.
-
-    elements : of all phalanges. least_steps : needed up to `end_time` at the longest steps (1
-    without an end time). memory_bytes : at `max_steps` steps. seconds : for `least_steps`.
-    """
-
-    elements: int
-    least_steps: float
-    memory_bytes: float
-    seconds: float
-
-
-def run_size(finger: Finger, settings: Settings, start_s: float = 0.0) -> RunSize:
-    """Size of a run, from the scene's numbers alone."""
+def _memory(finger: Finger, settings: Settings) -> float:
+    """Bytes that a run may need at `max_steps` steps."""
     elements = sum(p.elements for p in finger.phalanges)
-    steps = 1.0
-    if settings.end_time is not None:
-        lasts = settings.end_time - start_s
-        steps = max(lasts / max(settings.flight_step, settings.contact_step), 1.0)
     row = 8 * (len(COLUMNS) + 2 * len(finger.phalanges)) * COPIES
     frame = 8 * 4 * (elements + len(finger.phalanges)) * COPIES
-    memory = ELEMENT_BYTES * elements + row * settings.max_steps + frame * len(settings.frame_times)
-    return RunSize(elements, steps, float(memory), SECONDS_A_STEP * steps * elements)
+    rows, frames = settings.max_steps, len(settings.frame_times)
+    return float(ELEMENT_BYTES * elements + row * rows + frame * frames)
 
 
 def most_steps(finger: Finger) -> int:
     """Largest `max_steps` that `check_size` accepts for a finger without frames or an end time."""
-    one = run_size(finger, Settings(max_steps=1)).memory_bytes
-    row = run_size(finger, Settings(max_steps=2)).memory_bytes - one
+    one = _memory(finger, Settings(max_steps=1))
+    row = _memory(finger, Settings(max_steps=2)) - one
     return 1 + int(max(MEMORY_LIMIT - one, 0.0) / row)
 
 
@@ -58,17 +38,21 @@ def check_size(finger: Finger, settings: Settings, start_s: float = 0.0) -> None
     Raises ParameterError: the run may need more memory than `MEMORY_LIMIT`, or more steps than
         `max_steps` allows.
     """
-    size = run_size(finger, settings, start_s)
-    if size.memory_bytes > MEMORY_LIMIT:
+    elements, memory = sum(p.elements for p in finger.phalanges), _memory(finger, settings)
+    if memory > MEMORY_LIMIT:
         frames = f" and {len(settings.frame_times)} frame_times" if settings.frame_times else ""
         raise ParameterError(
-            f"max_steps = {settings.max_steps}, with {size.elements} elements{frames}, may need"
-            f" {size.memory_bytes / 2**30:.3g} GiB: must need at most"
+            f"max_steps = {settings.max_steps}, with {elements} elements{frames}, may need"
+            f" {memory / 2**30:.3g} GiB: must need at most"
             f" {MEMORY_LIMIT / 2**30:g} GiB; reduce it, or the elements or frames"
         )
-    if size.least_steps > settings.max_steps:
+    if settings.end_time is None:
+        return
+    steps = (settings.end_time - start_s) / max(settings.flight_step, settings.contact_step)
+    if steps > settings.max_steps:
         raise ParameterError(
-            f"end_time = {settings.end_time!r}: asks for at least {size.least_steps:.3g} steps,"
-            f" {size.seconds:.3g} s of solving: must be at most max_steps = {settings.max_steps}"
-            " steps away; raise flight_step or max_steps, or reduce end_time"
+            f"end_time = {settings.end_time!r}: asks for at least {steps:.3g} steps,"
+            f" {SECONDS_A_STEP * steps * elements:.3g} s of solving: must be at most"
+            f" max_steps = {settings.max_steps} steps away; raise flight_step or max_steps, or"
+            " reduce end_time"
         )

@@ -225,9 +225,6 @@ def count_elements(geometry: FingerGeometry, sizing: Sizing, dim: int = 3) -> in
     """Number of elements that the mesh will have (half model in 3D) before any is halved, without
     building it.
 
-    Raises
-    ------
-    MeshError
-        As for building it.
+    Raises MeshError: as for building it.
     """
     return sum(plan.elements(dim) for plan in plan_finger(geometry, sizing, dim))

@@ -176,15 +176,9 @@ def rod_flight(
 ) -> RodFlight:
     """The true body's `RodFlight`, known before anything is solved.
 
-    Parameters
-    ----------
-    dim : 3, or 2 for the plane-stress body
-    other parameters : as in `simulate`
+    dim : 3, or 2 for the plane-stress body; other parameters as in `simulate`
 
-    Raises
-    ------
-    ValueError
-        For bad input, naming it, its value and what is allowed.
+    Raises ValueError: bad input; names it, its value and what is allowed.
     """
     chain, first = chain_and_start(true_chain(geometry, materials, drive, dim), start)
     gap = true_gap(geometry, surface.height)

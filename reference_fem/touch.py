@@ -57,18 +57,9 @@ def impact_state(
     Runs on several meshes from this state touch with the same angles and rates, if the clearance
     exceeds how far nodes stand out at the contact.
 
-    Parameters
-    ----------
-    dim : 3, or 2 for the plane-stress body
+    dim : 3, or 2 for the plane-stress body. Returns None if the surface is not reached in time.
 
-    Returns
-    -------
-    None if the surface is not reached in time.
-
-    Raises
-    ------
-    ValueError
-        For bad input, naming it, its value and what is allowed.
+    Raises ValueError: bad input; names it, its value and what is allowed.
     """
     chain, first = chain_and_start(true_chain(geometry, materials, drive, dim), start)
     gap = true_gap(geometry, surface.height - clearance_m)
@@ -93,14 +84,9 @@ def predicted_touch(
     G_yx), or with 1/G_yy where that is not positive (Painlevé's jamming).
     The largest force is that of Hertz's ball, or of his disc, of that mass (`hertz_impact`).
 
-    Parameters
-    ----------
     dim : 3, or 2 for the plane-stress body
 
-    Raises
-    ------
-    ValueError
-        For bad input, naming it, its value and what is allowed.
+    Raises ValueError: bad input; names it, its value and what is allowed.
     """
     chain = true_chain(geometry, materials, drive, dim)
     radius, axis = geometry.radii[-1], float(state.angles[-1])

@@ -46,6 +46,6 @@ subtract_force = by_type(RoundTipLaw, round_tip_kinematics.subtract_force, point
 add_tangent = by_type(RoundTipLaw, round_tip_kinematics.add_tangent, point.add_tangent)
 add_rate = by_type(RoundTipLaw, tip_damping.add_rate, None)
 fill_column = by_type(RoundTipLaw, round_tip_kinematics.fill_column, point.fill_column)
-stiffness_key = by_type(RoundTipLaw, round_tip_kinematics.stiffness_key, point.stiffness_key)
+stiffness_key = by_type(RoundTipLaw, round_tip_kinematics.stiffness_key, law.contact_tangent)
 commit_history = by_type(RoundTipLaw, round_tip_kinematics.commit_history, None)
 begin_mode = by_type(RoundTipLaw, round_tip_kinematics.begin_mode, None)

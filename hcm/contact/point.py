@@ -73,9 +73,3 @@ def fill_column(
 ) -> None:
     """Write c, scaled by D, to the tip's places of `column` (n,)."""
     column[tip] = 1.0
-
-
-@kernel
-def stiffness_key(contact: ContactState, law: ContactLaw) -> tuple[float, float, float]:
-    """Three numbers that identify the stiffness; factors made with other numbers do not fit."""
-    return contact_tangent(contact, law)

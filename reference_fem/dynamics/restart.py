@@ -16,6 +16,9 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+import meshes
+from reference_fem.dataset import versions
+
 Arrays = Mapping[str, NDArray[Any]]
 
 IDENTITY, CHECKSUM = "identity", "checksum"
@@ -49,9 +52,10 @@ def identity(**parts: object) -> dict[str, str]:
     alike: a run resumed with another BLAS would go on with a step that differs in its last bits,
     and could not be repeated.
     """
-    code = hashlib.sha256(f"{numba.__version__} {np.__version__}".encode())
-    for source in sorted(Path(__file__).parents[1].rglob("*.py")):
-        code.update(source.read_bytes())
+    code = hashlib.sha256(repr(versions("numba", "numpy", "scikit-fem")).encode())
+    for package in (Path(meshes.__file__).parent, Path(__file__).parents[1]):
+        for source in sorted(package.rglob("*.py")):
+            code.update(source.read_bytes())
     run = {"program": code.hexdigest(), "processor or BLAS": arithmetic()}
     return run | {name: digest(part) for name, part in parts.items()}
 

@@ -161,22 +161,11 @@ def differences_of(
     ]  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Spread:
-    """How far runs that should agree lie apart. Not a convergence study.
-
-    low, high : smallest and largest value.
-    count : of the runs.
+def spread(runs: Sequence[RunRecord], of: Quantity) -> tuple[float, float, int] | None:
+    """Smallest and largest value of completed runs that should agree, in the shown unit, and their
+    number; None below two values.
     """
-
-    low: float
-    high: float
-    count: int
-
-
-def spread(runs: Sequence[RunRecord], of: Quantity) -> Spread | None:
-    """Spread of one quantity over completed runs, in its shown unit; None below two values."""
     values = [value for run in runs if run.ok and (value := of.read(run)) is not None]
     if len(values) < 2:
         return None
-    return Spread(min(values), max(values), len(values))
+    return min(values), max(values), len(values)

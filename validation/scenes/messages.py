@@ -8,8 +8,9 @@ from typing import Annotated, Any, get_args
 from pydantic import BaseModel, TypeAdapter, ValidationError
 from pydantic.fields import FieldInfo
 
+from validation.errors import UserError
 from validation.scenes.scene import Scene
-from validation.scenes.solver_tables import SOLVER_TABLES, AccuracyTable, SolverTable
+from validation.scenes.solver_tables import BASES, AccuracyTable, SolverTable, solver_table
 from validation.scenes.tables import Table
 
 
@@ -18,8 +19,8 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> dict[str, Fi
     """All dotted keys of a scene, and the declaration of each."""
     found: dict[str, FieldInfo] = {}
     if table is SolverTable:
-        for name, solver_table in SOLVER_TABLES.items():
-            found |= known_keys(solver_table(), f"{prefix}{name}.")
+        for name in BASES:
+            found |= known_keys(solver_table(name), f"{prefix}{name}.")
         table = AccuracyTable
     for name, field in table.model_fields.items():
         kinds = (field.annotation, *get_args(field.annotation))
@@ -63,17 +64,19 @@ def show(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def refusal_of(key: str, value: object, origin: str) -> str:
-    """Why a scene refuses this value of a key; empty if it accepts it.
+def check_value(key: str, value: object, origin: str) -> None:
+    """Refuse a value that its key can't have in any scene.
 
     origin : what the message names instead of the key.
+
+    Raises UserError: the value is not allowed; says what is.
     """
     try:
         _check_of(key).validate_python(value)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        return origin + _one(first | {"loc": (key, *first["loc"])}, Scene).removeprefix(key)
-    return ""
+        text = _one(first | {"loc": (key, *first["loc"])}, Scene).removeprefix(key)
+        raise UserError(origin + text) from error
 
 
 @cache  # a file of points has many values of one key

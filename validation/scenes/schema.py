@@ -10,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from validation.scenes.scene import Scene
-from validation.scenes.solver_tables import SIZES, SOLVER_TABLES, SolverTable, settings_of
+from validation.scenes.solver_tables import BASES, SIZES, SolverTable, settings_of, solver_table
 from validation.scenes.tables import state_key
 
 WIDTH = 100  # width of a new scene's lines
@@ -28,8 +28,8 @@ def scene_schema() -> dict[str, Any]:
     tables = schema["$defs"]
     tables[SolverTable.__name__]["description"] = "Settings of each solver; all are optional."
     solver = tables[SolverTable.__name__]["properties"]
-    for name, table in SOLVER_TABLES.items():
-        solver_schema = table().model_json_schema()
+    for name in BASES:
+        solver_schema = solver_table(name).model_json_schema()
         tables |= solver_schema.pop("$defs", {})
         solver_schema["description"] = f"How {name} solves the scene."
         for settings in settings_of(name):

@@ -1,7 +1,7 @@
 """The scene's solver tables: an accuracy, or the settings that the solvers declare."""
 
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from functools import cache
 from typing import Annotated, Any, Literal, Self, get_args, get_origin
 
@@ -78,12 +78,6 @@ class AccuracyTable(Table):
     ask for 1e-3 of hcm, 1e-2 of fem, other commands for none."""
 
 
-@cache
-def hcm_table() -> type[Table]:
-    """``[solver.hcm]``: the reduced model's settings."""
-    return create_model("HcmTable", __base__=AccuracyTable, **_declared_by("hcm"))
-
-
 class FemMeshTable(AccuracyTable):
     """The solid models' mesh: a preset gives sizes and contact law, other keys override it."""
 
@@ -114,18 +108,19 @@ OUTPUT = ("lead_steps", "output_interval", "max_samples", "snapshots", "energy_t
 LIMITS = ("contact_angle", "max_elements", "max_updates")
 
 
+BASES: dict[str, type[Table]] = {"hcm": AccuracyTable, "fem": FemMeshTable}
+"""The keys of ``[solver.NAME]`` that its solver does not declare."""
+
+
 @cache
-def fem_table() -> type[Table]:
-    """``[solver.fem]``: the mesh's keys, the reference's settings and the mesh's sizes."""
-    return create_model("FemTable", __base__=FemMeshTable, **_declared_by("fem"))
+def solver_table(name: str) -> type[Table]:
+    """``[solver.hcm]`` or ``[solver.fem]``: the keys of `BASES` and the solver's settings."""
+    return create_model(f"{name.title()}Table", __base__=BASES[name], **_declared_by(name))
 
 
-SOLVER_TABLES: dict[str, Callable[[], type[Table]]] = {"hcm": hcm_table, "fem": fem_table}
-
-
-def _checked_by(table: Callable[[], type[Table]]) -> AfterValidator:
+def _checked_by(name: str) -> AfterValidator:
     def check(stated: dict[str, Any]) -> dict[str, Any]:
-        table().model_validate(stated)
+        solver_table(name).model_validate(stated)
         return stated
 
     return AfterValidator(check)
@@ -138,18 +133,18 @@ class SolverTable(AccuracyTable):
     something for it or its table is read, not for a scene that the other one solves.
     """
 
-    stated_hcm: Annotated[dict[str, Any], _checked_by(hcm_table)] = Field({}, alias="hcm")
-    stated_fem: Annotated[dict[str, Any], _checked_by(fem_table)] = Field({}, alias="fem")
+    stated_hcm: Annotated[dict[str, Any], _checked_by("hcm")] = Field({}, alias="hcm")
+    stated_fem: Annotated[dict[str, Any], _checked_by("fem")] = Field({}, alias="fem")
 
     @property
     def hcm(self) -> Any:
-        """The `hcm_table` of this scene."""
-        return hcm_table().model_validate(self.stated_hcm)
+        """The `solver_table` of this scene."""
+        return solver_table("hcm").model_validate(self.stated_hcm)
 
     @property
     def fem(self) -> Any:
-        """The `fem_table` of this scene."""
-        return fem_table().model_validate(self.stated_fem)
+        """The `solver_table` of this scene."""
+        return solver_table("fem").model_validate(self.stated_fem)
 
     def accuracy_of(self, solver: str) -> float | None:
         """The accuracy asked of ``hcm`` or ``fem``: from its own table, or the one for all."""

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from validation.errors import UserError
-from validation.scenes.messages import known_keys, nearest_key, refusal_of, show
+from validation.scenes.messages import check_value, known_keys, nearest_key, show
 from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import Table
 
@@ -72,15 +72,6 @@ def check_apart(keys: Iterable[str], origin: str) -> None:
         if other := clash(key, seen):
             raise UserError(f"{origin}{key}: {other} gives it a value too; leave one out")
         seen.append(key)
-
-
-def check_value(key: str, value: Any, origin: str) -> None:
-    """Refuse a value that its key can't have in any scene.
-
-    Raises UserError: the value is not allowed; says what is.
-    """
-    if text := refusal_of(key, value, origin):
-        raise UserError(text)
 
 
 def check_axis(key: str, axis: Axis, origin: str) -> None:

@@ -15,7 +15,7 @@ from validation.errors import UserError
 from validation.harness.record_schema import Text
 from validation.models import adapter
 from validation.scenes.load import file_name, load_scene, read_toml
-from validation.scenes.messages import one_line, show
+from validation.scenes.messages import check_value, one_line, show
 from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import Table
 from validation.sweep.axis import (
@@ -24,7 +24,6 @@ from validation.sweep.axis import (
     check_apart,
     check_axis,
     check_key,
-    check_value,
     clash,
 )
 

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 
 from validation.errors import UserError
 from validation.scenes.load import parse_value, read_text
-from validation.scenes.messages import show
+from validation.scenes.messages import check_value, show
 from validation.sweep.axis import (
     MOST_POINTS,
     Axis,
     check_apart,
     check_key,
-    check_value,
     clash,
     frozen,
 )

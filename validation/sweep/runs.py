@@ -108,22 +108,20 @@ def solve_tasks(
 def check_program(own: Mapping[str, Any], wanted: Mapping[str, Any], where: str) -> None:
     """Refuse a worker whose `programs` are not the command's.
 
-    Raises UserError: naming what differs.
+    Raises UserError: naming what differs first.
     """
-    if differing := difference(own, wanted):
-        raise UserError(f"{where}: {differing}; install the same program and versions there")
-
-
-def difference(own: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
-    """The first difference between two programs, in words; empty if there is none."""
-    for part in ("versions", "environment"):
-        for name in sorted({*own[part], *wanted[part]}):
-            here, there = own[part].get(name), wanted[part].get(name)
-            if here != there:
-                return f"has {name} {here}, the command {there}"
+    differing = [
+        f"has {name} {own[part].get(name)}, the command {wanted[part].get(name)}"
+        for part in ("versions", "environment")
+        for name in sorted({*own[part], *wanted[part]})
+        if own[part].get(name) != wanted[part].get(name)
+    ]
     if own["python"] != wanted["python"]:
-        return f"runs Python {own['python']}, the command {wanted['python']}"
-    return "" if own["source"] == wanted["source"] else "has other sources of fingertap"
+        differing.append(f"runs Python {own['python']}, the command {wanted['python']}")
+    if own["source"] != wanted["source"]:
+        differing.append("has other sources of fingertap")
+    if differing:
+        raise UserError(f"{where}: {differing[0]}; install the same program and versions there")
 
 
 def _solve(name: str, document: dict[str, Any], task: SweepTask, warm: bool) -> Row:

@@ -100,8 +100,7 @@ def accuracy_rows(
             row = common | {"quantity": entry.title, "unit": entry.unit} | found.numbers
             band = spread(spread_over, entry) if reference.model == "fem3d" else None
             if band is not None:
-                row |= {"reference_low": band.low, "reference_high": band.high}
-                row |= {"reference_runs": band.count}
+                row |= zip(("reference_low", "reference_high", "reference_runs"), band, strict=True)
             rows.append(row | _of_table_2(entry.key, reduced, reference))
         for name, title in FORCES.items():
             metrics = compare_forces(reduced, reference, name)

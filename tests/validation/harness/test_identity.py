@@ -257,9 +257,9 @@ def test_no_module_between_scene_and_record_is_forgotten() -> None:
 @pytest.mark.parametrize("name", ["rigid-rod", "other-integrator", "reference-step-penalty-2d"])
 def test_no_module_of_a_judge_is_forgotten(name: str) -> None:
     (wanted,) = (one for one in all_maps(True) if one.name == name)
-    cell = next(wanted.cells())
-    known = closure([wanted.judge.__module__, type(cell.scene).__module__])[0]
-    assert loaded(JUDGED, pickle.dumps((wanted.judge, cell.scene)).hex()) <= set(known)
+    _, scene = next(wanted.cells())
+    known = closure([wanted.judge.__module__, type(scene).__module__])[0]
+    assert loaded(JUDGED, pickle.dumps((wanted.judge, scene)).hex()) <= set(known)
 
 
 EDITED = ("hcm/compiled.py", "validation/studies/stress/hcm/audit.py",
@@ -269,7 +269,7 @@ from validation.harness.store import key
 from validation.studies.campaign import Case, verdict_inputs
 from validation.studies.stress.command import all_maps
 for one in all_maps(True):
-    print(one.name, key(verdict_inputs(Case(one.name, next(one.cells()).scene, one.judge))))
+    print(one.name, key(verdict_inputs(Case(one.name, next(one.cells())[1], one.judge))))
 """
 
 

@@ -83,7 +83,7 @@ def run_stress(
         run_peers(out)
         return
     maps = [wanted for wanted in all_maps(quick) if only in (None, wanted.solver)]
-    cases = [Case(of.name, cell.scene, of.judge) for of in maps for cell in of.cells()]
+    cases = [Case(of.name, scene, of.judge) for of in maps for _, scene in of.cells()]
     wanted_folder = out / "stress" / ("quick" if quick else "full")
     with exclusive_folder(wanted_folder) as folder, progress_bar("stress") as progress:
         # a cell's time is one of its checks, and must not include compilation

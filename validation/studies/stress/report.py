@@ -29,7 +29,7 @@ MOSTLY = 0.8
 def table_rows(wanted: Map, verdicts: Iterator[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """A row for each cell of a map, with the next verdicts of the iterator."""
     found = zip(wanted.cells(), verdicts, strict=False)
-    return [{**cell.place, **verdict} for cell, verdict in found]
+    return [{**place, **verdict} for (place, _), verdict in found]
 
 
 def _cause(row: Mapping[str, Any]) -> str:

@@ -106,14 +106,6 @@ Judge = Callable[[Any], CellVerdict]
 
 
 @dataclass(frozen=True)
-class Cell:
-    """Where a cell lies, by the names of its map's axes, and its scene."""
-
-    place: dict[str, float]
-    scene: Any
-
-
-@dataclass(frozen=True)
 class Map:
     """A grid of cells: the solver it examines, its axes, the scene of a cell and its judge.
 
@@ -127,8 +119,8 @@ class Map:
     judge: Judge
     solver: str
 
-    def cells(self) -> Iterator[Cell]:
-        """All cells, panel by panel and row by row."""
+    def cells(self) -> Iterator[tuple[dict[str, float], Any]]:
+        """Where each cell lies, by the axes' names, and its scene: panel by panel, row by row."""
         for values in product(*reversed(self.axes.values())):
             place = dict(zip(self.axes, reversed(values), strict=True))
-            yield Cell(place, self.scene(*place.values()))
+            yield place, self.scene(*place.values())

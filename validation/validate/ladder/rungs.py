@@ -241,7 +241,7 @@ def paper_rung(runs: Runs) -> list[Comparison]:
             band, value = spread(runs.spread_over(scene), entry), entry.read(reference)
             stated = entry.error(reference)
             if value and (band is not None or stated is not None):
-                reach = 0.0 if band is None else max(band.high - value, value - band.low)
+                reach = 0.0 if band is None else max(band[1] - value, value - band[0])
                 share[entry.key] = max(reach, stated or 0.0) / abs(value)
         rows += compare_runs(4, beams, reference, share, OWN)
     return rows

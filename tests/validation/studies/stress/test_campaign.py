@@ -25,7 +25,7 @@ def test_a_campaign_goes_on_where_it_was(tmp_path: Path, monkeypatch: Patch) -> 
     wanted = next(m for m in hcm_maps(quick=True) if m.name == "friction-ratio-restitution")
     axes = dict(zip(wanted.axes, ((0.0, 0.5), (0.75,), (1.0,)), strict=True))
     small = replace(wanted, axes=axes, judge=judge_by_laws)
-    cases = [Case(small.name, cell.scene, small.judge) for cell in small.cells()]
+    cases = [Case(small.name, scene, small.judge) for _, scene in small.cells()]
     path = tmp_path / "cells.jsonl"
     told: list[str] = []
     run_cases(cases[:1], path, lambda _, text: told.append(text))

@@ -21,10 +21,10 @@ from validation.studies.stress.stability_map import Answer
 
 def test_the_full_maps_hold_a_thousand_different_cells() -> None:
     maps = reference_maps(quick=False)
-    cells = [cell for wanted in maps for cell in wanted.cells()]
+    cells = [scene for wanted in maps for _, scene in wanted.cells()]
     assert len(cells) >= 1000
     assert len({wanted.name for wanted in maps}) == len(maps)
-    assert len({repr(cell.scene) for cell in cells}) > 900
+    assert len({repr(scene) for scene in cells}) > 900
     assert sum(1 for m in reference_maps(quick=True) for _ in m.cells()) < len(cells) / 5
 
 
@@ -149,11 +149,11 @@ def test_every_violation_is_found(sentence: str, sound: tuple[rf.TapResult, Mode
 @pytest.mark.slow
 def test_forces_a_third_too_large_are_seen_in_every_cell() -> None:
     """A sample of the full maps, whatever became of the run; sound runs are not accused."""
-    cells = [cell for wanted in reference_maps(quick=False) for cell in wanted.cells()]
+    cells = [scene for wanted in reference_maps(quick=False) for _, scene in wanted.cells()]
     seen = sample = 0
     for number in np.random.default_rng(3).choice(len(cells), 60, replace=False):
         try:
-            result, model = cells[number].scene.simulate()
+            result, model = cells[number].simulate()
         except ValueError:
             continue
         assert violations(result, model) == []

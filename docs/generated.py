@@ -80,6 +80,21 @@ def results() -> str:
     return table(("key (SI units)", "title", "shown in", "error estimated"), rows)
 
 
+def history() -> str:
+    """The curves of a run, as history.nc and the results' `history` name them."""
+    import hcm
+    from reference_fem.result import Sampled
+    from validation.harness.quantities import unit_of
+    from validation.scenes.schema import attribute_docstrings
+
+    beams, solids = attribute_docstrings(hcm.History), attribute_docstrings(Sampled)
+    rows = [
+        (f"`{name}`", unit_of(name), beams.get(name, "–"), solids.get(name, "–"))
+        for name in {**beams, **solids}
+    ]
+    return table(("name", "unit", "hcm, hcm-refined", "fem3d, fem2d"), rows)
+
+
 def statuses() -> str:
     """How runs end, and what to do about it."""
     import hcm
@@ -110,7 +125,7 @@ def shortcuts() -> str:
 def write_all(folder: Path) -> None:
     """Write every page that has changed."""
     folder.mkdir(exist_ok=True)
-    for make in (commands, scene_keys, results, statuses, shortcuts):
+    for make in (commands, scene_keys, results, history, statuses, shortcuts):
         path, text = folder / f"{make.__name__}.md", make() + "\n"
         if not path.exists() or path.read_text(encoding="utf-8") != text:
             path.write_text(text, encoding="utf-8")

@@ -21,8 +21,9 @@ from hcm.parameters import (
     TorqueTable,
 )
 from hcm.posture import Posture
-from hcm.result import Accuracy, Choice, Event, History, Statistics, Status, Summary, TapResult
+from hcm.result import Accuracy, Choice, Event, History, Statistics, Summary, TapResult
 from hcm.simulate import simulate, simulate_scene
+from hcm.status import Status
 
 __all__ = [
     "SMALLEST",

@@ -31,8 +31,9 @@ from hcm.fall import bending_wave_stress, omitted_time
 from hcm.model import Scene
 from hcm.other_ends import open_ends, with_other_ends
 from hcm.parameters import GAUSS, Finger
-from hcm.result import Accuracy, Choice, Errors, Status, TapResult
+from hcm.result import Accuracy, Choice, Errors, TapResult
 from hcm.simulate import simulate_scene
+from hcm.status import Status
 from hcm.stepping import Progress
 
 COMPANION_ERROR_RATIO, SAFETY = 3.0, 1.5

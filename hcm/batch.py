@@ -29,8 +29,9 @@ from hcm.dataset import unit_of
 from hcm.estimate import TITLES
 from hcm.model import Scene
 from hcm.parameters import Finger, ParameterError
-from hcm.result import Errors, Status, Summary
+from hcm.result import Errors, Summary
 from hcm.simulate import simulate_scene
+from hcm.status import Status
 
 if TYPE_CHECKING:
     import xarray

@@ -34,7 +34,8 @@ from hcm.flight_band import flight_band, touch_band
 from hcm.model import Scene
 from hcm.parameters import GAUSS, Settings
 from hcm.resolution import CAUTION_ERROR
-from hcm.result import Errors, Status, Summary, TapResult
+from hcm.result import Errors, Summary, TapResult
+from hcm.status import Status
 from hcm.summary import vertex
 from hcm.workload import most_steps
 

@@ -13,7 +13,8 @@ from dataclasses import replace
 from hcm.companion import repetition_settings
 from hcm.estimate import FROM_SPEED, USABLE_STATUSES
 from hcm.model import Scene
-from hcm.result import OtherEnd, Status, TapResult
+from hcm.result import OtherEnd, TapResult
+from hcm.status import Status
 from hcm.workload import most_steps
 
 THRESHOLD_SHARE, ERROR_FACTOR = 1e-4, 4.0

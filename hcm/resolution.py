@@ -19,7 +19,8 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.compiled import entry_with
 from hcm.parameters import GAUSS, Settings
-from hcm.result import Event, History, Status, Summary
+from hcm.result import Event, History, Summary
+from hcm.status import Status
 
 # A step counts as at most this many times the one beside it. F_n may jump within a step that an
 # event cuts short, as another law begins (refined, with restitution: by 0.2 to 2 %), and h^2 |F''|

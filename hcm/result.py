@@ -1,8 +1,7 @@
-"""What a run returns: status with advice, history, events, statistics and summary."""
+"""What a run returns: history, events, statistics and summary."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from enum import Enum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -12,66 +11,13 @@ from hcm.arrays import Floats
 from hcm.dataset import run_dataset, versions
 from hcm.notebook import run_html
 from hcm.posture import Posture
+from hcm.status import Status
 
 if TYPE_CHECKING:
     import xarray
 
     from hcm.force_curve import ForceCurve
 
-
-class Status(Enum):
-    """How a run ended; `advice` says what to do about it."""
-
-    COMPLETED = "completed"
-    NOT_REACHED = "not reached"
-    STILL_IN_CONTACT = "still in contact"
-    NEWTON_FAILED = "Newton's method failed"
-    WORK_LIMIT = "work limit"
-    INTERRUPTED = "interrupted"
-    BODY_TOUCHES = "the body touches the surface"
-    UNRESOLVED = "the steps do not resolve the tap"
-    UNBALANCED = "the energy audit does not close"
-    UNREPEATABLE = "too sensitive to rely on"
-    TOO_FLEXIBLE = "too flexible for a rigid flight"
-    LOSES_HOLD = "the contact loses its hold"
-
-    @property
-    def advice(self) -> str:
-        """One sentence for the user; empty when there is nothing to do."""
-        return _ADVICE[self]
-
-    def at(self, time_s: float, steps: int) -> str:
-        """How a run ended, when and after how many steps."""
-        return f"{self.value} at t = {time_s:.9g} s after {steps} steps"
-
-
-_ADVICE = {
-    Status.COMPLETED: "",
-    Status.NOT_REACHED: "lower surface.height, turn the torques (drive.torques) towards the"
-    " surface, or raise solver.hcm.max_flight_time",
-    Status.STILL_IN_CONTACT: "raise solver.hcm.end_time or solver.hcm.max_contact_time, or reduce"
-    " the torques that press the tip on the surface",
-    Status.NEWTON_FAILED: "reduce solver.hcm.flight_step and solver.hcm.contact_step, or raise"
-    " finger.elements",
-    Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
-    Status.INTERRUPTED: "run again, from the beginning; what was computed so far is in the result",
-    Status.BODY_TOUCHES: "in this model only the tip can touch: raise surface.height, or turn the"
-    " torques (drive.torques) so that the tip arrives first",
-    Status.UNRESOLVED: "reduce solver.accuracy or, if that is not set, reduce"
-    " solver.hcm.contact_step, or let solver.hcm.contact_tolerance control"
-    " the steps (1e-11 does by default)",
-    Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
-    " try smaller solver.hcm.flight_tolerance and solver.hcm.contact_tolerance, or reduce"
-    " drive.torques or the flight (surface.height)",
-    Status.TOO_FLEXIBLE: "set solver.hcm.flight to 'elastic': the finger's bending on its way to"
-    " the surface matters",
-    Status.LOSES_HOLD: "friction moves the yielding tip further than so small a restitution"
-    " returns it: raise tip.restitution or lower surface.friction",
-    Status.UNBALANCED: "the steps are too long for this motion: reduce"
-    " solver.accuracy or, if that is not set, reduce solver.hcm.flight_tolerance and"
-    " solver.hcm.contact_tolerance (0 keeps the steps fixed), or solver.hcm.flight_step and"
-    " solver.hcm.contact_step",
-}
 
 # Columns of the table that the compiled loop writes; `History` has them under names with units.
 COLUMNS = (
@@ -99,32 +45,43 @@ class Event:
 
 @dataclass(frozen=True)
 class History:
-    """Values at every accepted step, and at the stages of `gauss` in contact; n rows, P phalanges.
-
-    mode is 3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip).
-    hinge_reactions_N (n, P, 2) is -lam_w: the force that hinge w exerts on phalanx w.
-    contact_energy_J is what both contact elements could give back; material_dissipation_J is what
-    the phalanges' damping and a radiating tip have dissipated. friction_dissipation_J has the work
-    that a refined tip's softening by friction takes, and may fall a little while it sticks.
-    """
+    """Values at accepted steps, and at the stages of `gauss` in contact; n rows, P phalanges."""
 
     time_s: Floats
+    """Since the start of the motion, (n,)."""
     normal_force_N: Floats
+    """On the tip, pushing up, (n,)."""
     tangential_force_N: Floats
+    """On the tip, along +X, (n,)."""
     tip_position_m: Floats
+    """Of the end of the last phalanx's axis, (n, 2)."""
     tip_velocity_m_per_s: Floats
+    """Of the same point, (n, 2)."""
     particle_velocity_m_per_s: Floats
+    """Of the point between spring and surface, along +X, (n,); the tip's in flight."""
     stress_R_Pa: Floats
+    """Axial stress at R, mid-length of the last phalanx, lower surface, (n,)."""
     kinetic_energy_J: Floats
+    """(n,)"""
     strain_energy_J: Floats
+    """Of the phalanges, (n,)."""
     gravity_energy_J: Floats
+    """(n,)"""
     contact_energy_J: Floats
+    """What the contact's springs could give back, (n,)."""
     friction_dissipation_J: Floats
+    """With the work that a refined tip's softening by friction takes; it may fall a little while
+    the tip sticks, (n,)."""
     restitution_dissipation_J: Floats
+    """Lost from compression to restitution, (n,)."""
     material_dissipation_J: Floats
+    """Of the phalanges' damping and of a radiating tip, (n,)."""
     drive_work_J: Floats
+    """Of the joints' torques, (n,)."""
     mode: NDArray[np.int8]
+    """3 x (0 flight, 1 compression, 2 restitution) + (0 free, 1 stick, 2 slip), (n,)."""
     hinge_reactions_N: Floats
+    """Force that hinge w exerts on phalanx w, -lam_w, (n, P, 2)."""
 
     @property
     def energy_balance_J(self) -> Floats:

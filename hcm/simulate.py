@@ -21,9 +21,10 @@ from hcm.other_ends import with_other_ends
 from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
 from hcm.resolution import judge_steps
-from hcm.result import History, Statistics, Status, Summary, TapResult, history_of
+from hcm.result import History, Statistics, Summary, TapResult, history_of
 from hcm.start import BeamStart, start_beams, start_divided
 from hcm.state import RunTotals
+from hcm.status import Status
 from hcm.stepping import Progress, SteppingResult, rows_between, take_steps
 from hcm.summary import summarize
 from hcm.tap import (

@@ -23,8 +23,8 @@ from hcm.integrators.workspace import Integrator
 from hcm.model import Model, fill_rigid_motion
 from hcm.parameters import Settings
 from hcm.record import FrameTable, Segment, empty_rows, first_segment, hermite, write_row
-from hcm.result import Status
 from hcm.state import Motion, RunTotals, build_motion, empty_motion, initial_totals
+from hcm.status import Status
 
 _STATUS = {
     rigid_flight.TOUCHED: Status.COMPLETED,

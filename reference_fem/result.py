@@ -79,50 +79,54 @@ Number = TypeVar("Number", float, Array)
 class Sampled(Generic[Number]):
     """Quantities sampled in the explicit run, once (`Sample`) or n times (`History`).
 
-    Energies are measured from the finger at rest at t = 0, so that the balance kinetic + strain +
-    gravity + contact + friction dissipation + contact damping + material dissipation - drive work,
-    which would be zero but for the discretization, covers a skipped flight as well.
-
-    time_s : (n,), absolute time
-    normal_force_N : (n,), on the tip, pushing up
-    tangential_force_N : (n,), on the tip, along +X
-    tip_position_m, tip_velocity_m_per_s : (n, 2), of the pole, the tip's end on the axis
-    stress_R_Pa : (n,), axial Cauchy stress at R, mid-length of the last phalanx, lower surface
-    kinetic_energy_J, strain_energy_J, gravity_energy_J, contact_energy_J : (n,), contact energy is
-        that of the law's normal and tangential springs
-    hourglass_energy_J : (n,), strain energy held by hourglass control; 0 for elements without it.
-    friction_dissipation_J, contact_damping_J, material_dissipation_J, drive_work_J,
-        energy_balance_J : (n,), contact damping: losses of dashpots and of the lumped law's
-        hysteresis
-    coulomb_excess_N : (n,), largest |f_t| - μ f_n over the nodes in contact, N
-    contact_area_m2 : (n,), tributary area of the nodes or quadrature points in contact; a round
-        patch has the radius sqrt(area/π).
-    peak_pressure_Pa : (n,), largest contact pressure of a node, averaged over its tributary area
-    hinge_reactions_N : (n, P, 2), force that hinge w exerts on phalanx w
-    next_touch_s : (n,), time until the last phalanx would touch as a rigid body (`tap.NEVER`)
+    Energies are measured from the finger at rest at t = 0, so that their balance covers a skipped
+    flight as well.
     """
 
     time_s: Number
+    """Since the start of the motion, (n,)."""
     normal_force_N: Number
+    """On the tip, pushing up, (n,)."""
     tangential_force_N: Number
+    """On the tip, along +X, (n,)."""
     tip_position_m: Array
+    """Of the pole, the tip's end on the axis, (n, 2)."""
     tip_velocity_m_per_s: Array
+    """Of the same point, (n, 2)."""
     stress_R_Pa: Number
+    """Axial Cauchy stress at R, mid-length of the last phalanx, lower surface, (n,)."""
     kinetic_energy_J: Number
+    """(n,)"""
     strain_energy_J: Number
+    """Of the elements, (n,)."""
     hourglass_energy_J: Number
+    """Strain energy held by hourglass control, 0 for elements without it, (n,)."""
     gravity_energy_J: Number
+    """(n,)"""
     contact_energy_J: Number
+    """Of the contact law's normal and tangential springs, (n,)."""
     friction_dissipation_J: Number
+    """(n,)"""
     contact_damping_J: Number
+    """Losses of dashpots and of the lumped law's hysteresis, (n,)."""
     material_dissipation_J: Number
+    """Of the elements' relaxation, (n,)."""
     drive_work_J: Number
+    """Of the joints' torques, (n,)."""
     energy_balance_J: Number
+    """Kinetic + strain + gravity + contact energy + friction dissipation + contact damping +
+    material dissipation - drive work, 0 but for the discretization, (n,)."""
     coulomb_excess_N: Number
+    """Largest |f_t| - μ f_n over the nodes in contact, (n,)."""
     contact_area_m2: Number
+    """Tributary area of the nodes or quadrature points in contact; a round patch has the radius
+    sqrt(area/π), (n,)."""
     peak_pressure_Pa: Number
+    """Largest contact pressure of a node, averaged over its tributary area, (n,)."""
     hinge_reactions_N: Array
+    """Force that hinge w exerts on phalanx w, (n, P, 2)."""
     next_touch_s: Number
+    """Time until the last phalanx would touch as a rigid body, huge if it goes up, (n,)."""
 
 
 class Sample(Sampled[float]):

@@ -118,13 +118,15 @@ class TipTable(Table):
     """The reduced model's lumped contact (the solid models resolve the contact instead)."""
 
     normal_stiffness: Annotated[float, SceneNumber("N/m", above=0, at_most=1e14)]
-    """k, slope of the normal element while it is compressed."""
+    """k, slope of the normal element while it is compressed; where Hertz's law is assumed
+    (hcm-refined), E and nu give it instead."""
     restitution: Annotated[
         float, SceneNumber(at_least=1e-3, at_most=1, advice="1 returns all of the energy")
     ] = 1.0
     """e*, energetic coefficient."""
     tangential_ratio: Annotated[float | None, SceneNumber(at_least=0, at_most=1e6)] = None
-    """eta^-2, tangential over normal stiffness; by default Mindlin's 2(1 - nu)/(2 - nu)."""
+    """eta^-2, tangential over normal stiffness; by default Mindlin's 2(1 - nu)/(2 - nu), which
+    hcm-refined always has (partial slip)."""
     compliance_nn: Annotated[float | None, COMPLIANCE] = None
     """E R c_nn of the tip's own compliance, between beam's end and contact, where
     solver.hcm.tip_compliance uses it; by default, like the next two, its closed form."""

@@ -85,7 +85,8 @@ def summarize(
 
     taps : first touch and last separation of each (`tap.taps_of`). stages : in each step in
     contact, with a row each; the largest F_n is then most often at v_n = 0, a located event.
-    restitution : e*; below 1 F_n has a kink there.
+    restitution : e*; below 1 F_n has a kink there, or jumps down (`tip_damping`), and the parabola
+    of the largest row may not reach as far.
     """
     if not taps:
         return Summary(
@@ -99,8 +100,10 @@ def summarize(
         time, fn, ft, stress, history.particle_velocity_m_per_s, history.mode, contact, last
     )
     # of a tip that relaxes F_n is largest before v_n = 0
-    turns = {e.time_s for e in events if e.kind == "compression_to_restitution"}
-    if (stages or restitution < 1.0) and float(time[largest_fn]) in turns:
+    turns = [e.time_s for e in events if e.kind == "compression_to_restitution"]
+    sharp, following = restitution < 1.0, min(largest_fn + 1, end - 1)
+    from_peak, to_next = time[largest_fn], time[following if sharp else largest_fn]
+    if (stages or sharp) and any(from_peak <= turn <= to_next for turn in turns):
         peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
     else:
         peak_time, peak = vertex(time, fn, first, end, largest_fn)
@@ -111,8 +114,8 @@ def summarize(
     first_peak = None
     if "compression_to_restitution" in kinds:
         turn = of_tap[kinds.index("compression_to_restitution")].time_s
-        # every event ends a step: it has a row of its own
-        first_peak = float(fn[int(time.searchsorted(turn))])
+        # every event ends a step: it has a row of its own, after a jump
+        first_peak = float(fn[first : int(time.searchsorted(turn)) + 1].max())
     vx, vy = history.tip_velocity_m_per_s[first].tolist()
     slow = 1e-9 * max(abs(vx), abs(vy))
     return Summary(

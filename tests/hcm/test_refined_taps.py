@@ -188,6 +188,22 @@ def test_the_audit_closes_with_restitution_and_a_softened_patch(friction: float)
     assert tap(friction=friction, restitution=0.5).summary.energy_residual < 1e-4
 
 
+def test_a_peak_is_not_read_across_the_jump_where_the_tip_turns_back() -> None:
+    """Down, of a radiating tip with e* < 1: the parabola of three rows gave 62.96 N for 62.87."""
+    link = hcm.Phalanx(0.05, 0.012, 2e9, 1200.0, poisson_ratio=0.35)
+    scene = hcm.Scene(
+        hcm.Finger((link, replace(link, length=0.03))), hcm.Surface(0.05, 0.4), hcm.Tip(1e6, 0.3),
+        hcm.Drive(gravity=0.0), start=hcm.RigidStart((0.3, 0.5), (20.0, 20.0)),
+        assumptions=Assumptions("refined"),
+    )  # fmt: skip
+    run, tight = (hcm.simulate_within(accuracy, scene) for accuracy in (1e-3, 1e-4))
+    assert run.summary.peak_normal_force_N == run.history.normal_force_N.max()
+    assert run.summary.first_peak_normal_force_N == run.summary.peak_normal_force_N
+    assert run.summary.peak_normal_force_N == pytest.approx(
+        tight.summary.peak_normal_force_N, rel=run.accuracy.expected
+    )
+
+
 def test_a_contact_that_loses_its_hold_ends_the_run() -> None:
     """Before, F_n jumped to and fro by ten peaks until the work allowed was spent."""
     result = tap(friction=1.2, restitution=0.02)

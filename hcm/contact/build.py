@@ -126,13 +126,19 @@ def beyond_checks(
     """
     found, nu, degrees = [], last.poisson_ratio or 0.0, math.degrees(angle)
     given = None not in (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
-    low, high = NU_CHECKED
-    steep = ANGLES_CHECKED[0] <= degrees <= ANGLES_CHECKED[1]
-    if assumptions.has("tip_compliance") and not given and not (low <= nu <= high and steep):
+    checked = (
+        (nu, NU_CHECKED, "poisson_ratio {}"),
+        (degrees, ANGLES_CHECKED, "last phalanges {} degrees below the horizontal"),
+    )
+    beyond = [
+        text.format(f"{low:g} to {high:g}") + f", not {value:.4g}"
+        for value, (low, high), text in checked
+        if not low <= value <= high
+    ]
+    if assumptions.has("tip_compliance") and not given and beyond:
         found.append(
-            f"the tip's compliance is a closed form that was checked for poisson_ratio {low:g} to"
-            f" {high:g} and last phalanges {ANGLES_CHECKED[0]:g} to {ANGLES_CHECKED[1]:g} degrees"
-            f" below the horizontal, not {nu:g} and {degrees:.4g}: state tip.compliance_nn, .."
+            f"the tip's compliance is a closed form that was checked for {' and '.join(beyond)}:"
+            " state tip.compliance_nn, .."
         )
     crosses = assumptions.has("tip_compliance") and tip.compliance_nt is None
     if crosses and pull > PULLED * peak:

@@ -245,6 +245,7 @@ def test_what_was_not_checked_is_said() -> None:
         "the stress at R is a beam's ",
         "the patch reaches the shaft,",
     ]
+    assert "for last phalanges 15 to 62 degrees below the horizontal, not 2.865: state" in flat[0]
     own = hcm.Tip(1e6, compliance_nn=0.0, compliance_nt=0.0, compliance_tt=0.0)
     assert beyond_checks(SOFT, own, Assumptions("refined"), 0.2, 100.0, 4e7, 90.0) == ()
     short = replace(SOFT, length=0.03)

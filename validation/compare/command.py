@@ -8,15 +8,16 @@ import pandas
 
 from validation.compare.differences import error_percent
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import NoEstimate, Overrides, Source
+from validation.harness.command_line import Fresh, NoEstimate, Overrides, Source
 from validation.harness.console import WIDTH, output, say, shown
 from validation.harness.files import exclusive_folder, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
+from validation.harness.store import Store
 from validation.harness.uncertainty import with_error
 from validation.models import estimate_override
-from validation.runs.command import Kept, failure_of, solved_alone
+from validation.runs.command import Kept, failure_of, stored_or_solved
 from validation.scenes.load import load_scene
 
 WALL_TIME = "wall_time_s"
@@ -69,6 +70,7 @@ def compare(
     model: str,
     overrides: Overrides = (),
     out: Path = Path("out"),
+    fresh: Fresh = False,
     no_estimate: NoEstimate = False,
 ) -> None:
     """Run a scene as it is and with overrides; print and keep the differences.
@@ -87,11 +89,16 @@ def compare(
         "scene": load_scene(scene, without),
         "changed": load_scene(scene, (*overrides, *without)),
     }
+    if scenes["scene"].tables == scenes["changed"].tables:
+        raise UserError(
+            f"--set {' '.join(overrides)}: the scene has that already; give another value"
+        )
     name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
     with exclusive_folder(out / "compare" / name) as folder:
         runs: dict[str, Kept] = {}
         for which, named in scenes.items():
-            runs[which] = solved_alone(named, model, folder / which, which)
+            store = Store(out / "store", fresh)
+            runs[which] = stored_or_solved(named, model, folder / which, store, None)
             unless_interrupted(runs[which].record)
         records = {which: kept.record for which, kept in runs.items()}
         table = difference_table(records["scene"], records["changed"])

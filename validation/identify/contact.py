@@ -24,7 +24,7 @@ import numpy as np
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
-from validation.models import solid_inputs
+from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.models.hcm import hcm_scene
 from validation.models.impact import impact_of
@@ -65,7 +65,8 @@ class ContactIdentification:
     hertz_N_per_m, mindlin_eta_squared : k after Hertz, eta^2 after Mindlin, at the same force.
     scene_normal_stiffness_N_per_m, scene_eta_squared : the scene's own tip (the paper's printed k
         in its scenes).
-    touch_angle_deg : from the axis; negative towards the upper side.
+    touch_angle_deg : from the axis as its end touches, for k and eta^2; negative towards the upper
+        side. round_touch_angle_deg : as the lowest point of the round end does, for tip_compliance.
     levels : coarse to fine.
     tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
         `EDGES`.
@@ -85,6 +86,7 @@ class ContactIdentification:
     scene_normal_stiffness_N_per_m: float
     scene_eta_squared: float
     touch_angle_deg: float
+    round_touch_angle_deg: float
     levels: tuple[Level, ...]
     tip_compliance: dict[str, tuple[float, ...]]
     curve: dict[str, tuple[float, ...]]
@@ -118,9 +120,13 @@ def identify_contact(
     from reference_fem.statics.indentation import mindlin_ratio
 
     tables = scene.tables
-    angle = float(np.clip(impact_of(scene).touch_angle, -0.5 * np.pi, 0.5 * np.pi))
+    upright = 0.5 * np.pi
+    angle = float(np.clip(impact_of(scene).touch_angle, -upright, upright))
+    # the refined tip touches with its lowest point, before the end of its axis arrives
+    touch = solid_mesh.predicted_touch(tables, 3)
+    rounds = angle if touch is None else float(np.clip(touch.angle, -upright, upright))
     material = solid_inputs.solid_parts(tables).materials[-1]
-    radius, below = tables.tip_radius, 0.5 * np.pi - abs(angle)
+    radius, below = tables.tip_radius, upright - abs(angle)
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
     contact_radius = hertz_contact_radius(material, radius, guess)
     levels: list[Level] = []
@@ -133,7 +139,7 @@ def identify_contact(
             levels.append(level)
         curve = tuple(indentation(at) for at in force * CURVE)
         # the keys are those of the mirror image that touches with its lower side
-        compliance = yields(scene, material, abs(angle), EDGES[: len(refinements)])
+        compliance = yields(scene, material, abs(rounds), EDGES[: len(refinements)])
     except ValueError as error:
         why = "; ".join((str(error), *patch_cautions(contact_radius / radius, below)))
         raise UserError(f"scene {scene.name}: {why}") from error
@@ -158,6 +164,7 @@ def identify_contact(
         scene_normal_stiffness_N_per_m=tables.tip.normal_stiffness,
         scene_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
         touch_angle_deg=float(np.degrees(angle)),
+        round_touch_angle_deg=float(np.degrees(rounds)),
         levels=tuple(levels),
         tip_compliance=compliance,
         curve={
@@ -167,7 +174,9 @@ def identify_contact(
         },
         cautions=(
             *patch_cautions(hertz_contact_radius(material, radius, force) / radius, below),
-            *_yield_cautions(below, tables.per_phalanx(tables.finger.length)[-1] / radius),
+            *_yield_cautions(
+                upright - abs(rounds), tables.per_phalanx(tables.finger.length)[-1] / radius
+            ),
         ),
     )
 

@@ -50,7 +50,8 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
         },
         *(
             {
-                "quantity": f"{key}, for solver.hcm.assumptions = 'refined'",
+                "quantity": f"{key}, for solver.hcm.assumptions = 'refined', touching at"
+                f" {90.0 - abs(found.round_touch_angle_deg):.1f} degrees",
                 "unit": "1",
                 "static_indentation": judged.limit,
                 "uncertainty": judged.error,

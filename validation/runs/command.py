@@ -178,22 +178,14 @@ def stored_or_solved(
     return kept
 
 
-def solved_alone(scene: NamedScene, model: str, folder: Path, which: str) -> Kept:
-    """A run that no store has, its files in its folder; which : of several, for the bar."""
-    outcome = _solved(scene, model, folder, None, which)
-    return Kept(outcome.record, _unwritten(keep, folder, outcome))
-
-
 @output_kept()
-def _solved(
-    scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint | None, which: str = ""
-) -> Outcome:
+def _solved(scene: NamedScene, model: str, folder: Path, checkpoint: Checkpoint | None) -> Outcome:
     if checkpoint is not None and checkpoint.resume and not checkpoint.path.exists():
         say(f"nothing to resume in {folder}: the run starts from the beginning")
     if checkpoint is not None and not checkpoint.resume:
         checkpoint.remove()  # a later --resume must not meet another run's
     try:
-        with progress_bar(f"{scene.name} {model} {which}".rstrip()) as progress:
+        with progress_bar(f"{scene.name} {model}") as progress:
             return solve(scene, model, folder, progress, checkpoint)
     except KeyboardInterrupt as error:  # where no solver handles it: loading, meshing
         if not _going_on(checkpoint):

@@ -95,6 +95,19 @@ def test_a_failed_run_and_nothing_to_change(tmp_path: Path, fingertap: Run) -> N
     ended = fingertap(*HCM, "--out", tmp_path)
     assert ended.code == 2
     assert "nothing to change; give --set KEY=VALUE" in ended.err
+    ended = fingertap(*HCM, "--set", "surface.friction=0.50", "--out", tmp_path)
+    assert ended.code == 2
+    assert "--set surface.friction=0.50: the scene has that already" in ended.err
+
+
+@pytest.mark.usefixtures("fake_runs")
+def test_finished_runs_are_read_back(tmp_path: Path, fingertap: Run) -> None:
+    """The scene as it is, too, for another change: a pair that was stopped goes on."""
+    changes = ("surface.friction=0.6", "surface.friction=0.6", "surface.friction=0.7")
+    said = [fingertap(*HCM, "--set", one, "--out", tmp_path).err for one in changes]
+    assert [text.count("has this run") for text in said] == [0, 2, 1]
+    fresh = fingertap(*HCM, "--set", changes[0], "--out", tmp_path, "--fresh")
+    assert "has this run" not in fresh.err
 
 
 # Measured, in percent. The flight: on the fast mesh, the whole 0.134 s by 155,000 explicit steps in

@@ -53,6 +53,20 @@ def test_identification_is_stated_at_the_reduced_models_own_peak() -> None:
 
 
 @pytest.mark.usefixtures("springs")
+def test_compliances_are_those_of_the_refined_models_touch(monkeypatch: Patch) -> None:
+    """It meets the surface with the lowest point of its round end, at 32.63 degrees by its own
+    caution (soft, nu = 0.2); they were those of the paper's touch, at 38.2.
+    """
+    asked: list[float] = []
+    monkeypatch.setattr(identify, "yields", lambda *given: asked.append(given[2]) or {})
+    found = identify.identify_contact(load_scene("soft", ("finger.elements=5",)))
+    # beams bend a little on their way
+    assert 90.0 - np.degrees(asked) == pytest.approx([32.63], abs=0.2)
+    assert found.round_touch_angle_deg == pytest.approx(np.degrees(asked[0]))
+    assert 90.0 - found.touch_angle_deg == pytest.approx(38.2, abs=0.1)
+
+
+@pytest.mark.usefixtures("springs")
 def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: Run) -> None:
     arguments = ["identify", "contact", "soft", "--set", "finger.elements=5", "--out", tmp_path]
     printed = json.loads(fingertap(*arguments, "--json").out)

@@ -14,7 +14,7 @@ from typing import Any
 
 import hcm
 from validation.harness.interrupts import unless_interrupted
-from validation.harness.processes import workers
+from validation.harness.processes import CrashedError, call_isolated
 from validation.harness.provenance import installed
 from validation.harness.uncertainty import two_digits
 from validation.models.adapter import Progress
@@ -98,26 +98,19 @@ def _exudyn(scene: hcm.Scene, contact_s: float, window_s: float) -> PeerAnswer:
     return _timed(solve)
 
 
-def limited(seconds: float, solve: Callable[..., PeerAnswer], *arguments: Any) -> PeerAnswer:
-    """A function's answer from a process that is killed if it takes longer than `seconds`.
-
-    Exudyn's adaptive steps may shrink without end, within one call of its own code.
-    """
-    try:
-        with workers(1) as pool:
-            return pool.submit(solve, *arguments).result(seconds)
-    except TimeoutError:
-        return f"no answer after {seconds:g} s", None, seconds
-
-
 def _exudyn_cell(scene: hcm.Scene, result: hcm.TapResult, truth: PeakAndImpulse | None) -> str:
+    """Its adaptive steps may shrink without end, within one call of its own code."""
     s = result.summary
     if scene.surface.friction or scene.tip.restitution < 1.0:
         return "not expressible without Python in the step"
     if s.contact_time_s is None or s.contact_duration_s is None:
         return "no contact to look for"
     window = WINDOW * s.contact_duration_s
-    return _described(limited(SECONDS, _exudyn, scene, s.contact_time_s, window), truth)
+    try:
+        answer = call_isolated(_exudyn, scene, s.contact_time_s, window, limit_s=SECONDS)
+    except CrashedError as ended:
+        return f"no answer: {ended}"
+    return _described(answer, truth)
 
 
 def peers_table(progress: Progress) -> list[dict[str, Any]]:

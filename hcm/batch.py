@@ -71,7 +71,7 @@ NO_COLUMN = Mapping, Set, str, bytes, bytearray  # sized, but without a value pe
 
 
 def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene | ParameterError]:
-    """Yield a scene like `scene` for each row of the columns, or the error that refuses the row.
+    """Scenes like `scene`, one for each row of the columns, or the errors that refuse rows.
 
     Parameters
     ----------
@@ -100,6 +100,10 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
         raise ParameterError("columns = {}: must hold one column or more")
     if len(size) > 1:
         raise ParameterError(f"columns have {sorted(size)} rows: must be of one length")
+    return _varied(scene, columns)
+
+
+def _varied(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene | ParameterError]:
     for row in zip(*columns.values(), strict=True):
         changes: dict[str, dict[str, Any]] = {}
         for name, value in zip(columns, row, strict=True):
@@ -122,7 +126,7 @@ def simulate_each(
     workers: int | None = None,
     accuracy: float | None = None,
 ) -> Iterator[Outcome]:
-    """Yield outcomes in the order of the scenes, bit for bit as `simulate` gives them.
+    """Outcomes in the order of the scenes, bit for bit as `simulate` gives them.
 
     Scenes are drawn as they are needed, and nothing is kept of those that are done: memory does not
     grow with their number. What a killed process has not finished is solved again; a scene whose
@@ -147,7 +151,13 @@ def simulate_each(
     if workers is not None and not (some := Bound(integer=True, at_least=1)).holds(workers):
         raise ParameterError(f"workers = {workers!r}: must be {some.allowed()}")
     count = workers or numba.config.NUMBA_DEFAULT_NUM_THREADS
-    given, stop = iter(scenes), _FORKED.RawValue("b")
+    return _outcomes(iter(scenes), count, accuracy)
+
+
+def _outcomes(
+    given: Iterator[Scene | ParameterError], count: int, accuracy: float | None
+) -> Iterator[Outcome]:
+    stop = _FORKED.RawValue("b")
     for scene in islice(given, 1):
         first = _tap(scene, accuracy)
         if first.status == Status.INTERRUPTED.name:  # here an interrupt is the caller's

@@ -86,7 +86,7 @@ def test_an_accuracy_chooses_each_scenes_settings() -> None:
         assert outcome.summary == hcm.simulate_within(1e-2, scene).summary
         assert outcome.summary != hcm.simulate_scene(scene).summary
     with pytest.raises(hcm.ParameterError, match="accuracy = 2"):
-        list(hcm.simulate_each(given, accuracy=2.0))
+        hcm.simulate_each(given, accuracy=2.0)  # at the call, not at the first outcome
     with pytest.raises(hcm.ParameterError, match="accuracy = 'none'"):
         hcm.simulate_many(given, accuracy="none")  # type: ignore[arg-type]
 
@@ -328,4 +328,4 @@ def test_what_is_no_scene_is_refused_in_its_place(accuracy: float | None) -> Non
 )
 def test_wrong_columns_are_refused(columns: Any, said: str) -> None:
     with pytest.raises(hcm.ParameterError, match=said):
-        list(hcm.vary(SCENE, columns))
+        hcm.vary(SCENE, columns)

@@ -28,16 +28,17 @@ def difference_table(scene: RunRecord, changed: RunRecord) -> pandas.DataFrame:
     """Both runs' scalars, and the change in percent of the unchanged scene's value.
 
     Columns: quantity, scene, changed, difference_percent (empty where it has no meaning), and
-    error_percent, the sum of both runs' stated errors (no column where none are stated).
+    error_percent: 100 (e_a + e_b |a/b|)/|b| of a after and b before, by their stated errors (no
+    column where none are stated).
     """
     rows = []
     for entry in SHOWN:
         before, after = entry.value(scene), entry.value(changed)
         percent, error = error_percent(after, before), None
-        if before and percent is not None:
-            stated = [entry.error(scene), entry.error(changed)]
-            if None not in stated:
-                error = 100.0 * sum(filter(None, stated)) / abs(entry.factor * before)
+        if before and after is not None and percent is not None:
+            known, found = entry.error(scene), entry.error(changed)
+            if known is not None and found is not None:
+                error = 100.0 * (found + known * abs(after / before)) / abs(entry.factor * before)
         rows.append((entry.key, before, after, percent, error))
     columns = ["quantity", "scene", "changed", "difference_percent", "error_percent"]
     table = pandas.DataFrame(rows, columns=columns)
@@ -59,7 +60,8 @@ def difference_lines(
         change = "" if math.isnan(percent) else f"{with_error(percent, known, 2)} %"
         yield f"  {entry.title:<{WIDTH}}{texts[0]:<25} {texts[1]:<25} {change}".rstrip()
     numbers = table[table.quantity != WALL_TIME]
-    if numbers.scene.equals(numbers.changed):
+    touched = scene.summary.get("contact_time_s") is not None
+    if touched and numbers.scene.equals(numbers.changed):
         yield f"  no number differs: {scene.label} may not use what was changed"
 
 

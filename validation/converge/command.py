@@ -30,6 +30,7 @@ from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import with_error
 from validation.models.adapter import Progress
 from validation.models.solid_mesh import size_scale
+from validation.scenes.solver_tables import SIZES
 
 
 def run_levels(
@@ -103,7 +104,8 @@ def run_converge(
             results, failures = run_levels(runs, wanted, progress)
             progress(0.98, "preset converged")
             preset = None
-            if not quick:
+            stated = runs.scene.tables.solver.fem.model_fields_set.intersection(SIZES)
+            if not quick and not stated:
                 try:
                     preset = runs.run({PRESET_KEY: "converged", **NO_ACCURACY})
                 except RunFailedError as error:
@@ -138,6 +140,11 @@ def run_converge(
     output(f"  files in {folder}")
     for caution in verdicts.cautions(results, preset):
         say(f"caution: {title}, {caution}")
+    if stated and not quick:
+        say(
+            f"caution: {title}, the preset converged is left out: the scene states"
+            f" solver.fem.{min(stated)}, which takes precedence"
+        )
     if failures:
         raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")
 

@@ -81,6 +81,8 @@ def render_run(
         return Renders({}, problem)
     out.mkdir(parents=True, exist_ok=True)
     files = {what: out / f"{prefix}-{what}.{SUFFIXES.get(what, 'png')}" for what in wanted}
+    for path in files.values():  # an earlier run's
+        path.unlink(missing_ok=True)
     refused = False
     try:
         call_isolated(draw_run, (run_folder, *beside), files, limit_s=TIMEOUT_S)

@@ -36,7 +36,7 @@ def understated(stated: float, true: float) -> bool:
 def true_errors(
     summary: Mapping[str, Any], errors: Mapping[str, Any], truth: Mapping[str, Any]
 ) -> dict[str, StatedError]:
-    """Compare every number with a stated error; the error of one that `truth` lacks is infinite.
+    """Compare every number with a stated error; it is infinite if only one run has the number.
 
     summary, truth : scalars of the run and of the tighter one. errors : as stated by the run.
     """
@@ -45,11 +45,14 @@ def true_errors(
     found = {}
     for key in (*keys, *parts):
         whole, axis = parts.get(key) or (key, 0)
+        exact = truth.get(whole)
+        if summary.get(whole) is None and exact is not None:  # a tap is lost
+            found[key] = StatedError(0.0, np.inf, 1.0)
         if summary.get(whole) is None or whole not in errors:
             continue
         value, stated = (np.atleast_1d(of[whole]) for of in (summary, errors))
-        exact = truth.get(whole)
         true = np.inf if exact is None else abs(value[axis] - np.atleast_1d(exact)[axis])
+        true = np.inf if np.isnan(true) else true
         scale = max(float(np.linalg.norm(value)), 1e-300)
         found[key] = StatedError(float(stated[axis]), float(true), scale)
     return found

@@ -70,7 +70,7 @@ def run_validation(
     tolerance
         Largest differences in percent, peak=5,impulse=3: a difference beyond its tolerance, or one
         that is too uncertain to tell, ends with exit code 3. Further names: duration, arrival,
-        tangential, stress, or a key of summary.json.
+        tangential, stress, or the key of another compared quantity.
     out
         Folder for validate/: index.html, accuracy.csv, efficiency.csv, ladder.csv, validate.json,
         junit.xml, figures, renders, runs.

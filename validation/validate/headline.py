@@ -95,16 +95,23 @@ def assumption_effects(runs: Runs) -> list[str]:
     """A sentence per scene: the effect of each refined assumption on peak, impulse or duration."""
     result = []
     for scene in runs.scenes:
-        whole = runs.of_model(scene, REFINED)
-        moved = {}
+        whole, tried = runs.of_model(scene, REFINED), {r.variant for r in runs.records}
+        moved, lost = dict[str, float](), list[str]()
         for variant in leave_one_out():
-            run = runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))
-            if whole is None or run is None:
+            if whole is None or variant.name not in tried:
                 continue
+            run = runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))
             rows = differences_of(scene, REFINED, run, whole)
-            most = max((row.error_percent or 0.0 for row in rows), key=abs)
+            shares = [row.error_percent for row in rows if row.error_percent is not None]
             first, *needing = variant.name.removeprefix("without ").replace("_", " ").split(" and ")
-            moved[first + f" (with it {', '.join(needing)})" * bool(needing)] = most
+            name = first + f" (with it {', '.join(needing)})" * bool(needing)
+            if shares:
+                moved[name] = max(shares, key=abs)
+            else:
+                lost.append(name)
+        finger = f"{opening(scene)} finger: the refined model without"
+        if lost:
+            result.append(f"{finger} {', '.join(lost)} failed or touched nothing.")
         if not moved:
             continue
         ranked = sorted(moved, key=lambda name: -abs(moved[name]))
@@ -112,9 +119,10 @@ def assumption_effects(runs: Runs) -> list[str]:
             f"{name} {signed(moved[name], 0)}" for name in ranked if abs(moved[name]) > MATTERS
         ]
         small = [name for name in ranked if abs(moved[name]) <= MATTERS]
-        text = f"{opening(scene)} finger: the refined model without one of its assumptions"
-        text += f" moves by {', '.join(large) or 'less than a percent'} (peak, impulse or duration,"
-        text += " the largest)"
+        text = (
+            f"{finger} one of its assumptions moves by {', '.join(large) or 'less than a percent'}"
+        )
+        text += " (peak, impulse or duration, the largest)"
         text += f"; within {MATTERS:g} %: {', '.join(small)}." if small and large else "."
         result.append(text)
     return result

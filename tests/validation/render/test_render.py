@@ -11,9 +11,10 @@ import pytest
 
 from tests.validation.commands import Make, Patch, Run
 from validation.errors import UserError
+from validation.harness.processes import CrashedError
 from validation.harness.run_files import write_run
 from validation.render import command as render_command
-from validation.render import interactive
+from validation.render import interactive, off_screen
 from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
 from validation.render.run_folder import read_curves, read_steps
@@ -267,3 +268,18 @@ def test_a_run_that_leaves_nothing_to_draw_says_why(
     full = fingertap(*scene)
     assert full.code == 1
     assert "its files could not all be written (No space left on device)" in full.err
+
+
+def test_pictures_of_an_earlier_run_are_not_shown(tmp_path: Path, monkeypatch: Patch) -> None:
+    """`validate` draws under fixed names; where drawing failed, the old ones stood for the new."""
+
+    def fail(*arguments: Any, **named: Any) -> None:
+        raise CrashedError("VTK died")
+
+    monkeypatch.setattr(off_screen, "missing_libraries", lambda: "")
+    monkeypatch.setattr(off_screen, "call_isolated", fail)
+    old = tmp_path / "soft-stress.png"
+    old.write_bytes(b"of another run")
+    found = off_screen.render_run(tmp_path, tmp_path, "soft", ("stress", "velocity"))
+    assert (found.pictures, old.exists()) == ({}, False)
+    assert "VTK died" in found.problem

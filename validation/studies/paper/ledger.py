@@ -13,8 +13,9 @@ REPRODUCED = "reproduced"
 CLOSE = "close"
 CONTRADICTS = "the paper contradicts itself"
 NOT_REPRODUCED = "not reproduced"
+NOT_JUDGED = "not judged"
 INCOMPARABLE = "can't be compared"
-VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED, INCOMPARABLE)
+VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED, INCOMPARABLE, NOT_JUDGED)
 
 SAME_PERCENT = 1.0
 CLOSE_PERCENT = 5.0
@@ -86,7 +87,9 @@ def judge(claim: Claim, finding: Finding) -> LedgerRow:
     if claim.id in INCOMPARABLE_ROWS:
         verdict, tolerance = INCOMPARABLE, ""
     elif ours is None:
-        verdict, tolerance = NOT_REPRODUCED, "no run to judge by"
+        # the reference's runs may be left out, or fail; hcm's are this command's own
+        verdict = NOT_JUDGED if claim.id in REFERENCE_ROWS else NOT_REPRODUCED
+        tolerance = "no run to judge by"
     elif isinstance(ours, bool):
         verdict = REPRODUCED if ours else NOT_REPRODUCED
         tolerance = "as stated" if ours else "not as stated"

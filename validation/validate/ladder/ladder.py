@@ -3,6 +3,7 @@
 """
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -131,7 +132,7 @@ def peak_sentences(comparisons: Sequence[rungs.Comparison]) -> list[str]:
         if row.quantity != same or error is None or row.reference is None:
             continue
         band = ""
-        if row.reference_uncertainty is not None:
+        if row.reference_uncertainty is not None and math.isfinite(row.reference_uncertainty):
             known = two_digits(100 * row.reference_uncertainty / row.reference)
             band = f" (known to {known} %)"
         own_flight = own.get((row.rung, row.scene))

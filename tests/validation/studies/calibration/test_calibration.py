@@ -52,6 +52,11 @@ def test_what_two_solves_differ_by() -> None:
     assert set(found) == {"peak_normal_force_N", "tip_velocity_x_m_per_s", "tip_velocity_y_m_per_s"}
     gone = true_errors(RUN.summary, RUN.errors, RUN.with_summary(peak_normal_force_N=None).summary)
     assert gone["peak_normal_force_N"].true == math.inf
+    without = RUN.with_summary(peak_normal_force_N=None).summary
+    lost = true_errors(without, {}, RUN.summary)
+    assert lost["peak_normal_force_N"].true == math.inf
+    unknown = RUN.with_summary(peak_normal_force_N=math.nan).summary
+    assert true_errors(RUN.summary, RUN.errors, unknown)["peak_normal_force_N"].true == math.inf
 
 
 def rows(*numbers: tuple[float, float], caution: str = "", doubt: str = "") -> list[Row]:

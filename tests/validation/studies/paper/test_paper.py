@@ -33,6 +33,7 @@ from validation.studies.paper.ledger import (
     CLOSE,
     CONTRADICTS,
     INCOMPARABLE,
+    NOT_JUDGED,
     NOT_REPRODUCED,
     REFERENCE_ROWS,
     REPRODUCED,
@@ -99,7 +100,8 @@ def test_values_are_judged_by_their_deviation(share: float, verdict: str) -> Non
         ("F11.1", "4", 5, NOT_REPRODUCED),
         ("F10.5", "true", True, REPRODUCED),
         ("F10.5", "true", False, NOT_REPRODUCED),
-        ("T2.1", "173.084", None, NOT_REPRODUCED),  # no run
+        ("T2.1", "173.084", None, NOT_REPRODUCED),  # no such number in the command's own runs
+        ("T2.5", "173.104", None, NOT_JUDGED),  # the reference's run, left out or failed
     ],
 )
 def test_other_claims_are_judged_by_their_kind(

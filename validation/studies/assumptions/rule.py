@@ -5,6 +5,7 @@ Its rule is one inequality, x <= t or x >= t, in the quantity x that lets the mo
 it and few of them wrongly, fitted on one half of the Sobol points and judged on the other.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -54,11 +55,13 @@ def fitted(known: pd.DataFrame, moved: Floats, allowed: float) -> Rule:
     return best
 
 
-def rules(table: pd.DataFrame, moved: Floats, names: list[str], cost: Floats) -> pd.DataFrame:
+def rules(
+    table: pd.DataFrame, moved: Floats, names: list[str], cost: Mapping[str, Floats]
+) -> pd.DataFrame:
     """A row for each assumption and error: the rule of all scenes, and its check by halves.
 
     moved : (assumption, scene), percent, nan where a run did not complete.
-    cost : (assumption,), the median share of the refined model's time that a run takes without it.
+    cost : by a finger's name, shares of the refined model's time without each, (assumption,).
     """
     known = pd.DataFrame(  # before a run: the predicted patch, slenderness, friction
         {
@@ -69,7 +72,8 @@ def rules(table: pd.DataFrame, moved: Floats, names: list[str], cost: Floats) ->
     )
     halves = np.array_split(np.arange(len(table)), 2)
     rows: list[dict[str, Any]] = []
-    for name, one, share in zip(names, moved, cost, strict=True):
+    for number, (name, one) in enumerate(zip(names, moved, strict=True)):
+        times = {f"time, {of} (%)": 100.0 * shares[number] for of, shares in cost.items()}
         for allowed in ALLOWED:
             said = wrong = 0
             for own, other in (halves, halves[::-1]):
@@ -84,7 +88,7 @@ def rules(table: pd.DataFrame, moved: Floats, names: list[str], cost: Floats) ->
                     "scenes that could (%)": 100.0 * float((one <= allowed).mean()),
                     "the rule says so (%)": 100.0 * said / len(table),
                     "of these wrongly (%)": 100.0 * wrong / said if said else None,
-                    "time of the refined (%)": 100.0 * share,
+                    **times,
                 }
             )
     return pd.DataFrame(rows)

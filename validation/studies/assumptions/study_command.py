@@ -7,6 +7,7 @@ also solved with an elastic flight, and with its own end of the tap.
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ import numpy as np
 import pandas as pd
 import xarray
 
+from hcm import simulate_within
 from hcm.arrays import Floats
 from validation.compare.figures import assumption_bars
 from validation.errors import RunFailedError, UserError
@@ -23,7 +25,9 @@ from validation.harness.files import exclusive_folder, write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import OF_A_TAP, TAP_AND_STRESS, Quantity
 from validation.harness.tables import write_table
+from validation.harness.timing import shortest_in_turns
 from validation.harness.uncertainty import two_digits
+from validation.models.hcm import hcm_scene
 from validation.models.variants import (
     Variant,
     all_variants,
@@ -31,6 +35,7 @@ from validation.models.variants import (
     leave_one_out,
     short_name,
 )
+from validation.scenes.load import load_scene
 from validation.studies.assumptions.rule import rules
 from validation.studies.assumptions.study import (
     ACCURACIES,
@@ -54,6 +59,7 @@ WANTED = {key: 5.0 if "stress" in key else 2.0 for key in KEYS}  # percent
 OUTER = 5.0  # percent: the wider limit on all four numbers of a scene
 SEEDS = 2**32 - 1  # the largest that pandas takes
 APART = 1e-3  # of durations: beyond it the touches differ, as steps' errors are 1e-4
+TIMED_AT, TIMING_S = 1e-3, 3.0  # accuracy of the timed taps, and s for those of a finger
 DRAWN, EDGE = (0.1, 100.0), 8.0  # percent: what the waterfall shows, and the map
 
 
@@ -118,7 +124,7 @@ def _compare(table: pd.DataFrame, ended: Any, workers: int | None, out: Path, fo
     errors = 100.0 * (numbers[:, ended] / given - 1.0)
     bars = 100.0 * (solid[ERRORS].to_numpy() / given)
     names = [*(variant.name for variant in variants), ELASTIC, OWN]
-    shares, chosen = shares_of(errors, names, bars), _rules(table, numbers[:-2], runs)
+    shares, chosen = shares_of(errors, names, bars), _rules(table, numbers[:-2])
     for name, found, title in (
         ("study", shares, f"The reduced model over {len(solid)} scenes, assumption by assumption"),
         ("rules", chosen, f"Which assumptions a scene can do without, by {len(table)} scenes"),
@@ -189,15 +195,25 @@ def numbers_of(runs: xarray.Dataset) -> Floats:
     return np.where(ended[..., None], found, np.nan)
 
 
-def _rules(table: pd.DataFrame, numbers: Floats, runs: xarray.Dataset) -> pd.DataFrame:
+def _rules(table: pd.DataFrame, numbers: Floats) -> pd.DataFrame:
     """Rules for what the refined model, the last of the cumulative variants, can do without."""
     first = len(cumulative())
     taps = numbers[..., : len(OF_A_TAP)]
     moved = 100.0 * np.abs(taps[first:] / taps[first - 1] - 1.0).max(axis=-1)
-    spent = runs["wall_time_s"].to_numpy().T[:-2]
-    cost = np.nanmedian(spent[first:] / spent[first - 1], axis=1)
     names = [variant.name.removeprefix("without ") for variant in leave_one_out()]
-    return rules(table, moved, names, cost)
+    return rules(table, moved, names, {finger: _cost(finger) for finger in ("soft", "hard")})
+
+
+def _cost(finger: str) -> Floats:
+    """Times without each of `leave_one_out` over the refined model's, (assumption,).
+
+    The sweep's own times are of other minutes, and another load, for each assumption.
+    """
+    scenes = [load_scene(finger, of.overrides) for of in (cumulative()[-1], *leave_one_out())]
+    given = [hcm_scene(scene, estimate=True) for scene in scenes]
+    runs = [partial(simulate_within, TIMED_AT, scene) for scene in given]
+    times = np.array([one.wall_time_s for one in shortest_in_turns(runs, TIMING_S)])
+    return np.asarray(times[1:] / times[0])
 
 
 def shares_of(errors: Floats, names: Sequence[str], bars: Floats) -> pd.DataFrame:

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 LEAST_ORDER = 0.5  # with a smaller one the extrapolation reaches further than the sequence
 ABOVE_FORMAL = 1.0  # an order further above the formal one comes from values close by chance
 HIGHEST_ORDER = 20.0  # upper end of the search; no scheme has a higher order
-SAFETY = 1.25  # Roache's factor for three or more grids
+SAFETY, UNSAFE = 1.25, 3.0  # factors for an order near the formal one, and for any other
+NEARLY = 0.1  # of the formal order
 
 
 @dataclass(frozen=True)
@@ -86,9 +87,12 @@ def convergence(
     """Judge a ladder of refinements by its last levels.
 
         φ_ext = φ_1 + (φ_1 - φ_2)/(r^p - 1)
-        GCI   = 1.25 |φ_1 - φ_2| / (|φ_1| (r^p - 1))             (Roache 1994; Celik et al., eq. 7)
+        GCI   = F_s |φ_1 - φ_2| / (|φ_1| (r^p - 1))              (Roache 1994; Celik et al., eq. 7)
 
-    An observed order above the formal one is replaced by it, which enlarges both. The ladder is
+    F_s is 1.25 for an observed order within a tenth of the formal one, else 3 (Oberkampf, Roy,
+    "Verification and Validation in Scientific Computing", 2010, eq. 8.91): an order that is off
+    may be one of noise. An observed order above the formal one is replaced by it, which enlarges
+    both. The ladder is
     asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and at
     most ABOVE_FORMAL above the formal one and, where there is a fourth, the three before the finest
     have such an order too and predict the same limit to within the sum of both indices.
@@ -136,8 +140,14 @@ def _extrapolated(
         return order, values[-1], math.inf
     gain = (sizes[-2] / sizes[-1]) ** min(order, formal_order) - 1.0
     change = values[-1] - values[-2]
-    index = SAFETY * abs(change / values[-1]) / gain if values[-1] else math.inf
+    safety = _safety(order, formal_order)
+    index = safety * abs(change / values[-1]) / gain if values[-1] else math.inf
     return order, values[-1] + change / gain, index
+
+
+def _safety(order: float, formal_order: float) -> float:
+    """F_s of an observed order."""
+    return SAFETY if abs(order - formal_order) <= NEARLY * formal_order else UNSAFE
 
 
 def _fitted(
@@ -145,7 +155,7 @@ def _fitted(
 ) -> tuple[float, float, float] | None:
     """Order, limit and uncertainty of φ_0 + α h^p fitted to n levels; None if noise hides a trend.
 
-        σ² = Σ (φ_i - φ_0 - α h_i^p)² / (n - 3),   U = 1.25 |α| h_1^p + σ + |φ_1 - φ_0 - α h_1^p|
+        σ² = Σ (φ_i - φ_0 - α h_i^p)² / (n - 3),   U = F_s |α| h_1^p + σ + |φ_1 - φ_0 - α h_1^p|
 
     with p between LEAST_ORDER and the formal order. It is accepted if σ is smaller than the mean
     change from level to level, (max φ - min φ)/(n - 1) (Eça, Hoekstra, "A procedure for the
@@ -162,7 +172,7 @@ def _fitted(
         left = found - limit - slope * h**p
         deviation = float(np.sqrt(left @ left / (len(h) - 3)))
         if best is None or deviation < best[0]:
-            error = SAFETY * abs(slope) * h[-1] ** p + deviation + abs(left[-1])
+            error = _safety(p, formal_order) * abs(slope) * h[-1] ** p + deviation + abs(left[-1])
             best = deviation, float(p), float(limit), float(error / abs(found[-1]))
     if best is None or not best[0] < np.ptp(found) / (len(h) - 1):
         return None

@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from validation.compare.grid_convergence import convergence, observed_order
 
 
+@settings(deadline=None)  # the first call imports SciPy
 @given(st.floats(0.6, 2.0), st.floats(1.2, 3.0), st.floats(1.2, 3.0), st.floats(0.01, 0.3))
 def test_order_and_limit_of_a_power_law(p: float, r32: float, r21: float, slope: float) -> None:
     sizes = (r32 * r21, r21, 1.0)
@@ -16,17 +17,18 @@ def test_order_and_limit_of_a_power_law(p: float, r32: float, r21: float, slope:
     found = convergence(sizes, values, 2.0)
     assert found.asymptotic
     assert found.limit == pytest.approx(10.0, rel=1e-6)
-    # The index is 1.25 times the true error, over the finest value.
-    assert found.uncertainty == pytest.approx(1.25 * slope / values[-1], rel=1e-3)
+    # The index is 1.25 times the true error, over the finest value; 3 times if p is not near 2.
+    safety = found.uncertainty / (slope / values[-1])
+    assert safety == pytest.approx(1.25 if (found.order or 0.0) >= 1.8 else 3.0, rel=1e-3)
 
 
 def test_celiks_example() -> None:
     # Celik et al. 2008, table 1, first column: r_21 = 1.5, r_32 = 1.333 and 6.063, 5.972, 5.863
-    # give p = 1.53, phi_ext = 6.1685 and a GCI of 2.2 %.
+    # give p = 1.53, phi_ext = 6.1685 and, with the factor 1.25 for any order, a GCI of 2.2 %.
     found = convergence((2.0, 1.5, 1.0), (5.863, 5.972, 6.063), 2.0)
     assert found.order == pytest.approx(1.53, abs=0.01)
     assert found.limit == pytest.approx(6.1685, abs=2e-3)
-    assert found.uncertainty == pytest.approx(0.022, abs=5e-4)
+    assert found.uncertainty == pytest.approx(0.022 * 3.0 / 1.25, abs=12e-4)
 
 
 def test_wiggles_and_wrong_orders_are_not_asymptotic() -> None:
@@ -74,12 +76,23 @@ def test_scatter_of_five_levels_bounds_what_the_finest_is_off_by() -> None:
     assert sum(held) >= 0.95 * len(held)
 
 
+def test_a_first_order_trend_with_a_little_noise_is_known_to_its_error_bar() -> None:
+    """Orders up to 3 are observed. 94 % of 2,000 such ladders are; 70 % were with the factor 1.25:
+    0.9 lies 3.4 standard deviations of 400 ladders below the former.
+    """
+    rng = np.random.default_rng(3)
+    sizes = np.array([2.0, 1.6818, 1.4142, 1.1892, 1.0])
+    ladders = 1000.0 + sizes + rng.normal(0.0, 0.02, (400, 5))
+    found = [convergence(sizes.tolist(), ladder.tolist(), 2.0) for ladder in ladders]
+    assert sum(abs(one.finest - 1000.0) <= one.error for one in found) >= 0.9 * len(found)
+
+
 def test_orders_above_the_formal_one_do_not_shrink_the_error_bar() -> None:
     values = [1.0 + h**2.8 for h in (0.4, 0.2, 0.1)]
     found = convergence((0.4, 0.2, 0.1), values, 2.0)
     change = abs(values[1] - values[2])
     assert found.asymptotic
-    assert found.uncertainty == pytest.approx(1.25 * change / values[2] / 3.0)
+    assert found.uncertainty == pytest.approx(3.0 * change / values[2] / 3.0)
 
 
 def test_two_values_that_are_near_by_chance_are_no_order() -> None:

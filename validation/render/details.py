@@ -26,8 +26,10 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
     if np.ptp(mesh.points[:, 2]) == 0.0:
         views.draw(path, mesh, views.PRESSURE, text, height, zoom=True, limits=limits)
         return
-    pressed = mesh.points[pressure > 0.0]
-    if not len(pressed):
+    # the nodes that both halves of a completed body have count once
+    pressed = np.unique(mesh.points[pressure > 0.0].round(9), axis=0)
+    count = len(pressed)
+    if not count:
         pressed = mesh.points[[np.argmin(mesh.points[:, 1])]]
     middle = 0.5 * (pressed.min(axis=0) + pressed.max(axis=0))
     edges = mesh.compute_cell_sizes(length=False, volume=False)["Area"]
@@ -42,7 +44,7 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
     views.scale_bar(plotter, start, length, np.array([0, 0, 0.06 * half]), "white")
     views.look(plotter, middle, below, (0, 0, 1), half, (0.01 * half, 20 * half))  # X to the right
     plotter.set_background("black")
-    largest = f"largest {limits[1]:.3g} MPa on {np.count_nonzero(pressure > 0)} nodes, from below"
+    largest = f"largest {limits[1]:.3g} MPa on {count} nodes, from below"
     plotter.add_text(f"{text}\n{largest}", position="upper_left", font_size=12, color="white")
     views.screenshot(plotter, path)
 

@@ -44,8 +44,8 @@ class RigidStart:
     """theta_w, counter-clockwise from the rest along -X, one per phalanx."""
     rates: Annotated[tuple[float, ...], Bound("rad/s")]
     """omega_w, absolute, one per phalanx."""
-    time_s: Annotated[float, Bound("s", at_least=0)] = 0.0
-    """Time of that state."""
+    time_s: Annotated[float, Bound("s", at_least=0, at_most=1e5)] = 0.0
+    """Time of that state; beyond a day the times of a tap's steps lose their digits."""
 
     def __post_init__(self) -> None:
         check_fields(self)

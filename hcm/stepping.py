@@ -73,6 +73,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
     stages = settings.stages if settings.flight_integrator == GAUSS else max(between, 1)
     per_call = 1 + UPDATES_A_CALL // (model.chain.first.size * stages)
     until = model.limits if model.tap_ends is None else model.limits._replace(taps=1)
+    piece = piece_at(model.drive, begun.segment.totals.time)
     try:
         whole = integrator = model.integrator()
         kind = integrator.__class__, integrator.law.__class__
@@ -82,7 +83,14 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
             if size <= 0 or spent >= most:
                 status = Status.WORK_LIMIT
                 break
-            over = piece_at(model.drive, last.totals.time).end_s
+            following = piece_at(model.drive, last.totals.time)
+            # whatever ended the last call there, a tap or a kink of the torques
+            if following is not piece and not enter_piece(
+                model, motion, last.contact, last.totals.time
+            ):
+                status = Status.NEWTON_FAILED
+                break
+            piece, over = following, following.end_s
             limits = until._replace(
                 iterations=min(most, spent + per_call), end_time=min(until.end_time, over)
             )
@@ -99,8 +107,7 @@ def take_steps(model: Model, begun: BeamStart, progress: Progress | None) -> Ste
             tapped = last.totals.taps >= limits.taps if limits.taps else state.normal_mode != FLIGHT
             kink = code == loop.DONE and over < until.end_time and not tapped
             if kink:
-                entered = enter_piece(model, motion, last.contact, last.totals.time)
-                code = loop.RUNNING if entered else loop.NEWTON_FAILED
+                code = loop.RUNNING
             status = _STATUS.get(code, Status.COMPLETED)
             # a NaN compares false: it counts as unbalanced
             allowed = LARGEST_RESIDUAL * last.kinetic_J + model.roundoff_J

@@ -169,9 +169,11 @@ def relaxing_share(contact: ContactState, law: RoundTipLaw) -> float:
 
 
 @kernel
-def grip_unit(d: float, law: RoundTipLaw) -> float:
-    """2 G* a, by which `margins` makes forces of springs' displacements, N/m."""
-    return 2.0 * law.effective_shear_modulus * math.sqrt(law.radius * max(d, 0.0))
+def grip_unit(law: RoundTipLaw) -> float:
+    """2 G* a of a patch of a = R, by which `margins` makes forces of springs' displacements, N/m.
+    With the patch's own radius the margin would vanish where the tip leaves, and not pass 0.
+    """
+    return 2.0 * law.effective_shear_modulus * law.radius
 
 
 @kernel
@@ -187,20 +189,20 @@ def margins(
     if law.springs.size == 0:
         ft, fn = contact_force(x, gap, contact, law)
         return push, law.mu * fn - abs(ft)
-    return push, grip_unit(d, law) * (law.mu / law.tangential_ratio * d - abs(x - contact.particle))
+    return push, grip_unit(law) * (law.mu / law.tangential_ratio * d - abs(x - contact.particle))
 
 
 @kernel
 def margin_rates(
     x: float, gap: float, vt: float, vn: float, an: float, contact: ContactState, law: RoundTipLaw
 ) -> tuple[float, float]:
-    """Time derivatives of `margins`, N/s, without the growth of the patch and of -dd/du_Y."""
-    d, rate = indentation(gap, contact, law)
+    """Time derivatives of `margins`, N/s, without the growth of -dd/du_Y."""
+    _, rate = indentation(gap, contact, law)
     pull = math.copysign(vt, vt * (x - contact.particle)) if x != contact.particle else abs(vt)
     if law.springs.size == 0:
         grip = -law.mu * normal_slope(gap, contact, law) * vn - law.tangential_stiffness * pull
     else:
-        grip = -grip_unit(d, law) * (law.mu / law.tangential_ratio * rate * vn + pull)
+        grip = -grip_unit(law) * (law.mu / law.tangential_ratio * rate * vn + pull)
     return -push_unit(law) * rate * (vn + relaxing_share(contact, law) * an), grip
 
 

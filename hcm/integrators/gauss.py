@@ -94,7 +94,7 @@ def finish(
         new.v[m] = old.v[m] + h * to_v
         new.a[m] = to_v
     move_chords(old.chords, moved, chain, new.chords)
-    if contact.normal_mode != FLIGHT and not depends_on_velocity(chain, integrator.law):
+    if contact.normal_mode != FLIGHT:  # of the last iteration's unknowns: events are sought in them
         move_velocities(h, old, integrator)
     return accelerate(h, old, new, contact, integrator)
 

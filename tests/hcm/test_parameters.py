@@ -119,6 +119,11 @@ def tap(surface: hcm.Surface = SURFACE, **drive: Any) -> hcm.TapResult:
         (hcm.RigidStart, {"angles": ("a",), "rates": (0.0,)}, "angles = 'a': .* number in rad"),
         (hcm.RigidStart, {"angles": 0.1, "rates": (0.0,)}, r"angles = 0\.1: must be a tuple"),
         (hcm.RigidStart, {"angles": (0.1,), "rates": (0.0,), "time_s": -1.0}, "time_s = -1.0: "),
+        (
+            hcm.RigidStart,
+            {"angles": (0.1,), "rates": (0.0,), "time_s": 1.7e9},
+            r"time_s = 1700000000\.0: ",
+        ),
         (tap, {"surface": 0.1}, r"surface = 0\.1: must be a Surface"),
         (tap, {"torques": (1.0, 2.0)}, r"torques has 2 values.*one per phalanx \(3\)"),
         (tap, {"surface": hcm.Surface(0.12, 0.5)}, r"height = 0\.12.*0\.12 m"),

@@ -23,11 +23,16 @@ from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, FREE, STICK, ContactState, without_history
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
-from hcm.integrators.stage_rows import friction_of_step, rows_of_step, write_between
+from hcm.integrators.stage_rows import (
+    fill_frames,
+    friction_of_step,
+    rows_of_step,
+    write_between,
+)
 from hcm.integrators.step import AnyIntegrator, loss_of_step, with_coefficients
 from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
 from hcm.integrators.workspace import trapezoidal
-from hcm.record import Record, fill_frames, write_row
+from hcm.record import Record, write_row
 from hcm.state import LAST_STEP, Motion, RunTotals, StepLimits, advance_totals
 
 # Why the loop returned.
@@ -112,7 +117,7 @@ def advance(
             code = NEWTON_FAILED
             break
         if h > 0.0:
-            fill_frames(totals, h, old, new, frames)
+            fill_frames(h, contact, totals, old, new, method, frames)
             lost = 0.0
             if depends_on_velocity(chain, law):
                 lost = loss_of_step(h, contact, old, new, method)

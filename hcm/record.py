@@ -104,17 +104,14 @@ def hermite(s: float, h: float, q0: float, v0: float, q1: float, v1: float) -> f
 
 
 @kernel
-def fill_frames(totals: RunTotals, h: float, old: Motion, new: Motion, frames: FrameTable) -> None:
-    """Interpolate q (cubic Hermite in q and v) at the wanted times inside an accepted step."""
+def frames_inside(totals: RunTotals, h: float, frames: FrameTable) -> tuple[int, int]:
+    """Frames [first, end) whose times lie in an accepted step, h long."""
+    first, end = 0, 0
     for m in range(frames.time.size):
-        if frames.time[m] <= totals.time:
-            continue
+        first += int(frames.time[m] <= totals.time)
         # the same sum as the next step's start: a time near it is in exactly one of the two
-        if frames.time[m] > totals.time + h:
-            return
-        s = min((frames.time[m] - totals.time) / h, 1.0)
-        for i in range(old.q.size):
-            frames.q[m, i] = hermite(s, h, old.q[i], old.v[i], new.q[i], new.v[i])
+        end += int(frames.time[m] <= totals.time + h)
+    return first, end
 
 
 @kernel_with()

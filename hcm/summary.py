@@ -101,9 +101,9 @@ def summarize(
     )
     # of a tip that relaxes F_n is largest before v_n = 0
     turns = [e.time_s for e in events if e.kind == "compression_to_restitution"]
-    sharp, following = restitution < 1.0, min(largest_fn + 1, end - 1)
-    from_peak, to_next = time[largest_fn], time[following if sharp else largest_fn]
-    if (stages or sharp) and any(from_peak <= turn <= to_next for turn in turns):
+    following = min(largest_fn + 1, end - 1) if restitution < 1.0 else largest_fn
+    turning = any(time[largest_fn] <= turn <= time[following] for turn in turns)
+    if (stages or restitution < 1.0) and turning:
         peak_time, peak = float(time[largest_fn]), float(fn[largest_fn])
     else:
         peak_time, peak = vertex(time, fn, first, end, largest_fn)

@@ -41,7 +41,7 @@ def finger_hexahedra(geometry: FingerGeometry, sizing: Sizing) -> FingerMesh:
 
 
 def finger_quadrilaterals(geometry: FingerGeometry, sizing: Sizing) -> FingerMesh:
-    """The finger's outline in the plane of motion in quadrilaterals: the 3D trace on Z = 0.
+    """The finger's outline in the plane of motion in quadrilaterals: the 3D mesh's trace on Z = 0.
 
     Raises MeshError: as `finger_hexahedra`.
     """

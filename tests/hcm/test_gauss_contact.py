@@ -254,3 +254,21 @@ def test_a_damped_tips_events_are_sought_in_the_last_iterations_velocities() -> 
     assert run.accuracy is not None
     assert run.accuracy.expected is not None
     assert run.accuracy.expected < 1e-4
+
+
+def test_frames_lie_on_the_stages_polynomial() -> None:
+    """In steps of a tenth of the tap, against steps of 0.1 us on the same elements: 0.07 % of the
+    tip's way seen, 0.45 % by a cubic through a step's ends.
+    """
+    scene = hcm.Scene(finger(SOFT, 3, elements=5), SURFACE, SOFT_TIP)
+    chosen = hcm.settings_for(1e-3, scene).scene
+    ((touch, leaves),) = hcm.simulate_scene(chosen).taps
+    times = tuple(np.linspace(touch + 1e-9, leaves - 2e-6, 41).tolist())
+    coarse = replace(chosen.settings, frame_times=times, estimate=False)
+    fine = replace(coarse, contact_integrator="generalized-alpha", contact_step=1e-7)
+    heights = [
+        np.array([frame.positions_m[-1][-1, 1] for frame in hcm.simulate_scene(one).frames])
+        for one in (replace(chosen, settings=coarse), replace(chosen, settings=fine))
+    ]
+    assert coarse.contact_integrator == "gauss"
+    assert np.abs(heights[0] - heights[1]).max() < 1.5e-3 * np.ptp(heights[1])

@@ -90,12 +90,12 @@ def convergence(
         GCI   = F_s |φ_1 - φ_2| / (|φ_1| (r^p - 1))              (Roache 1994; Celik et al., eq. 7)
 
     F_s is 1.25 for an observed order within a tenth of the formal one, else 3 (Oberkampf, Roy,
-    "Verification and Validation in Scientific Computing", 2010, eq. 8.91): an order that is off
+    "Verification and Validation in Scientific Computing", 2010, chapter 8): an order that is off
     may be one of noise. An observed order above the formal one is replaced by it, which enlarges
-    both. The ladder is
-    asymptotic if its last three values are monotone with an order of at least LEAST_ORDER and at
-    most ABOVE_FORMAL above the formal one and, where there is a fourth, the three before the finest
-    have such an order too and predict the same limit to within the sum of both indices.
+    both. The ladder is asymptotic if its last three values are monotone with an order of at least
+    LEAST_ORDER and at most ABOVE_FORMAL above the formal one and, where there is a fourth, the
+    three before the finest have such an order too and predict the same limit to within the sum of
+    both indices.
     Four or more levels that are not asymptotic, most often because of a little noise on their
     trend, are fitted by least squares. Without a trend, and with equal scatter of all levels, the
     finest is off by at most the spread in 87 of 100 cases (three levels), 95 (four) or 98 (five).

@@ -11,6 +11,7 @@ import numba
 import meshes
 from reference_fem.arrays import Progress
 from reference_fem.coarse_flight import CoarseFlight, coarse_flight
+from reference_fem.dynamics.archive_check import check_archive
 from reference_fem.dynamics.loop import Reporting, explicit_tap, result_of
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
@@ -134,7 +135,11 @@ def _solve(
             others = replace(settings, contact="impulse", element="hex8-one-point" if one else None)
             coarse = coarse_flight(build_model(light_mesh, *parts, others), model)
         reporting = Reporting(progress, file, started)
-        if archive is not None:
+        if archive is not None and file is not None:
+            try:
+                check_archive(model, archive, coarse)
+            except ValueError as error:
+                raise file.refused(f"does not fit this run: {error}") from error
             recorder = Recorder(settings)
             recorder.restore(archive)
             result = explicit_tap(model, settings, unpack(archive), reporting, recorder, coarse)

@@ -1,6 +1,7 @@
 """Restart files: killed runs resume to the same bits; damaged and foreign files are refused."""
 
 import dataclasses
+import random
 import signal
 import subprocess
 from pathlib import Path
@@ -251,6 +252,34 @@ def test_altered_number_with_a_whole_archive(left: Path) -> None:
     content["state.displacement"][0, 0] += 1e-9
     saved(left, **content)
     assert "was altered after it was written" in refusal(left)
+
+
+FORGED = (
+    None, np.array(1.0), np.zeros(3), np.zeros((2, 2)), np.array("x"), np.array(["a", "b"]),
+    np.full(2, np.nan), np.array([0, -1]), np.zeros((1, 1, 1, 1)), np.array(1j), np.array(True),
+)  # fmt: skip
+
+
+def test_forged_arrays_with_a_right_checksum(left: Path) -> None:
+    """Every array in turn, in the place of which another one or none stands."""
+    with np.load(left) as file:
+        content = dict(file)
+    names = sorted(set(content) - {restart.IDENTITY, restart.CHECKSUM})
+    dice = random.Random(13)
+    for name in names:
+        value = dice.choice([v for v in FORGED if v is None or not alike(v, content[name])])
+        forged = {key: content[key] for key in names} | {name: value}
+        forged = {key: array for key, array in forged.items() if array is not None}
+        checksum = np.array(restart.digest(forged))
+        saved(left, identity=content[restart.IDENTITY], checksum=checksum, **forged)
+        message = refusal(left)
+        assert "does not fit this run: " in message, (name, value)
+        assert name.split(".")[0] in message, (name, value)
+
+
+def alike(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether one could stand for the other."""
+    return one.shape == other.shape and one.dtype.kind == other.dtype.kind
 
 
 def test_another_runs_file_is_refused_by_name(left: Path) -> None:

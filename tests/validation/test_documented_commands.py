@@ -53,6 +53,8 @@ SLOW = {
     "calibrate": "calibrate --quick",
     "calibrate --first 2000": "calibrate --first 2000 --quick",
     "calibrate --accuracy 1e-3": "calibrate --accuracy 1e-3 --scenes 1",
+    "calibrate --model fem3d --accuracy 1e-2 --scenes 135":
+        "calibrate --model fem3d --accuracy 1e-2 --scenes 1",
     "calibrate --model fem3d --first 2000 --scenes 660":
         "calibrate --model fem3d --first 2000 --scenes 1",
     "python -m tests.faults.campaign --faults 200":

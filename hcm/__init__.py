@@ -7,7 +7,7 @@ flight and in contact.
 
 from hcm.accuracy import simulate_within
 from hcm.assumptions import Assumptions
-from hcm.batch import Outcome, simulate_each, simulate_many, vary
+from hcm.batch import Outcome, simulate_each, simulate_many
 from hcm.chosen import SMALLEST, Chosen, settings_for
 from hcm.model import RigidStart, Scene
 from hcm.parameters import (
@@ -24,6 +24,7 @@ from hcm.posture import Posture
 from hcm.result import Accuracy, Choice, Event, History, Statistics, Summary, TapResult
 from hcm.simulate import simulate, simulate_scene
 from hcm.status import Status
+from hcm.vary import vary
 
 __all__ = [
     "SMALLEST",

@@ -106,12 +106,10 @@ def hermite(s: float, h: float, q0: float, v0: float, q1: float, v1: float) -> f
 @kernel
 def frames_inside(totals: RunTotals, h: float, frames: FrameTable) -> tuple[int, int]:
     """Frames [first, end) whose times lie in an accepted step, h long."""
-    first, end = 0, 0
-    for m in range(frames.time.size):
-        first += int(frames.time[m] <= totals.time)
-        # the same sum as the next step's start: a time near it is in exactly one of the two
-        end += int(frames.time[m] <= totals.time + h)
-    return first, end
+    first = np.searchsorted(frames.time, totals.time, side="right")
+    # the same sum as the next step's start: a time near it is in exactly one of the two
+    end = np.searchsorted(frames.time, totals.time + h, side="right")
+    return int(first), int(end)
 
 
 @kernel_with()

@@ -22,7 +22,7 @@ from hcm.contact.contract import (
 from hcm.contact.law import FLIGHT, SLIP, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.stages import lagrange, stage_motion
-from hcm.integrators.step import AnyIntegrator
+from hcm.integrators.step import AnyIntegrator, collocated
 from hcm.record import FrameTable, frames_inside, hermite, write_row
 from hcm.state import Motion, RunTotals, advance_totals
 
@@ -120,7 +120,7 @@ def stage_frames(
     integrator: GaussIntegrator, frames: FrameTable,
 ) -> None:  # fmt: skip
     """`plain_frames`; by collocation q(s h) = q_0 + s h v_0 + h^2 sum_k l_k(s) (s/c_k) B_k."""
-    if not (integrator.flight if contact.normal_mode == FLIGHT else integrator.contact):
+    if not collocated(contact, integrator):
         plain_frames(h, contact, totals, old, new, integrator, frames)
         return
     first, end = frames_inside(totals, h, frames)

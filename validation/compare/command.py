@@ -97,9 +97,8 @@ def compare(
         )
     name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
     with exclusive_folder(out / "compare" / name) as folder:
-        runs: dict[str, Kept] = {}
+        runs, store = dict[str, Kept](), Store(out / "store", fresh)
         for which, named in scenes.items():
-            store = Store(out / "store", fresh)
             runs[which] = stored_or_solved(named, model, folder / which, store, None)
             unless_interrupted(runs[which].record)
         records = {which: kept.record for which, kept in runs.items()}

@@ -124,7 +124,7 @@ def identify_contact(
     angle = float(np.clip(impact_of(scene).touch_angle, -upright, upright))
     # the refined tip touches with its lowest point, before the end of its axis arrives
     touch = solid_mesh.predicted_touch(tables, 3)
-    rounds = angle if touch is None else float(np.clip(touch.angle, -upright, upright))
+    round_angle = angle if touch is None else float(np.clip(touch.angle, -upright, upright))
     material = solid_inputs.solid_parts(tables).materials[-1]
     radius, below = tables.tip_radius, upright - abs(angle)
     guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
@@ -139,7 +139,7 @@ def identify_contact(
             levels.append(level)
         curve = tuple(indentation(at) for at in force * CURVE)
         # the keys are those of the mirror image that touches with its lower side
-        compliance = yields(scene, material, abs(rounds), EDGES[: len(refinements)])
+        compliance = yields(scene, material, abs(round_angle), EDGES[: len(refinements)])
     except ValueError as error:
         why = "; ".join((str(error), *patch_cautions(contact_radius / radius, below)))
         raise UserError(f"scene {scene.name}: {why}") from error
@@ -164,7 +164,7 @@ def identify_contact(
         scene_normal_stiffness_N_per_m=tables.tip.normal_stiffness,
         scene_eta_squared=1 / tables.tangential_ratio if tables.tangential_ratio else np.inf,
         touch_angle_deg=float(np.degrees(angle)),
-        round_touch_angle_deg=float(np.degrees(rounds)),
+        round_touch_angle_deg=float(np.degrees(round_angle)),
         levels=tuple(levels),
         tip_compliance=compliance,
         curve={
@@ -175,7 +175,7 @@ def identify_contact(
         cautions=(
             *patch_cautions(hertz_contact_radius(material, radius, force) / radius, below),
             *_yield_cautions(
-                upright - abs(rounds), tables.per_phalanx(tables.finger.length)[-1] / radius
+                upright - abs(round_angle), tables.per_phalanx(tables.finger.length)[-1] / radius
             ),
         ),
     )

@@ -25,10 +25,10 @@ def differences(runs: Runs, wanted: tuple[Quantity, ...] = OF_A_TAP) -> list[Dif
 def cumulative_differences(runs: Runs, scene: str) -> list[list[Difference]]:
     """A scene's differences with the paper's assumptions, then with one refined after the other.
 
-    Empty unless both models, the paper's and the refined one, are compared.
+    Empty unless `Plan.leads_to_refined`.
     """
     reference = runs.reference(scene)
-    if not {PAPER_REDUCED.model, REFINED} <= set(runs.plan.models):
+    if not runs.plan.leads_to_refined:
         return []
     return [
         differences_of(scene, name, runs.find(scene, RunName(PAPER_REDUCED.model, name)), reference)
@@ -95,10 +95,13 @@ def assumption_effects(runs: Runs) -> list[str]:
     """A sentence per scene: the effect of each refined assumption on peak, impulse or duration."""
     result = []
     for scene in runs.scenes:
-        whole, tried = runs.of_model(scene, REFINED), {r.variant for r in runs.records}
+        whole = runs.of_model(scene, REFINED)
+        if whole is None:
+            continue
+        tried = {run.variant for run in runs.records if run.scene == scene}
         moved, lost = dict[str, float](), list[str]()
         for variant in leave_one_out():
-            if whole is None or variant.name not in tried:
+            if variant.name not in tried:
                 continue
             run = runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))
             rows = differences_of(scene, REFINED, run, whole)
@@ -119,10 +122,9 @@ def assumption_effects(runs: Runs) -> list[str]:
             f"{name} {signed(moved[name], 0)}" for name in ranked if abs(moved[name]) > MATTERS
         ]
         small = [name for name in ranked if abs(moved[name]) <= MATTERS]
-        text = (
-            f"{finger} one of its assumptions moves by {', '.join(large) or 'less than a percent'}"
-        )
-        text += " (peak, impulse or duration, the largest)"
+        most = ", ".join(large) or "less than a percent"
+        text = f"{finger} one of its assumptions moves by {most} (peak, impulse or duration,"
+        text += " the largest)"
         text += f"; within {MATTERS:g} %: {', '.join(small)}." if small and large else "."
         result.append(text)
     return result

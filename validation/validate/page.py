@@ -106,7 +106,7 @@ def draw_differences(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
         if all(row.error_percent is None for row in rows):
             continue
         steps, labels = headline.cumulative_differences(runs, scene), headline.labels(runs, scene)
-        if steps:  # they lead from the one to the other
+        if runs.plan.leads_to_refined:  # the steps stand between the two
             between = plan.PAPER_REDUCED.model, plan.REFINED
             rows.sort(key=lambda row: [*between, row.model].index(row.model))
         difference_figure(path, rows, steps, labels)
@@ -191,7 +191,6 @@ def page_context(
     differences = headline.differences(runs)
     factors = ", ".join(f"{penalty:g}" for penalty in (0.1, *plan.PENALTIES))
     stated = DATA_STATED if runs.plan.data else STATED
-    stairs = any(headline.cumulative_differences(runs, scene) for scene in runs.scenes)
     accuracy = {}
     for scene in runs.scenes:
         for label in dict.fromkeys([*(r.label for r in runs.references(scene)[:1]), PAPERS]):
@@ -213,7 +212,7 @@ def page_context(
         "read_back": read_back_note(runs),
         "figures": figures,
         "apart": apart,
-        "apart_caption": CAPTION.format(stated) + STEPS * stairs,
+        "apart_caption": CAPTION.format(stated) + STEPS * runs.plan.leads_to_refined,
         "accuracy": accuracy,
         "accuracy_columns": [c for c in tables.ACCURACY_COLUMNS if c not in HIDDEN],
         "efficiency": rows["efficiency"],

@@ -62,6 +62,11 @@ class Plan:
     tolerances: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def leads_to_refined(self) -> bool:
+        """Whether both reduced models, the paper's and the refined one, are compared."""
+        return {PAPER_REDUCED.model, REFINED} <= set(self.models)
+
+    @property
     def notes(self) -> list[str]:
         """Lines on what was done to the data, and on what is left out."""
         noted = [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import BaseModel, Field, ValidationError, create_model
+from pydantic import BaseModel, BeforeValidator, ValidationError, create_model
+from pydantic_core import PydanticCustomError
 
 from validation.errors import UserError
 from validation.harness.quantities import ESTIMATED, TIP_VELOCITY
@@ -37,12 +38,19 @@ def _scalar(key: str) -> SceneNumber:
     return SceneNumber(above=0.0, at_most=LARGEST)
 
 
+def _pair(value: object) -> object:
+    if not isinstance(value, list) or len(value) != 2:
+        text = "must be a list of two numbers, [x, y]"
+        raise PydanticCustomError("quantity", "{text}", {"text": text})
+    return value
+
+
 def _numbers(bounds: Callable[[str], SceneNumber]) -> Any:
     """A table of a tap's numbers by their keys, SI units."""
     fields: Any = {}
     for key in ESTIMATED:
         one: Any = Annotated[float, bounds(key)]
-        two = Annotated[list[one], Field(min_length=2, max_length=2)]
+        two = Annotated[list[one], BeforeValidator(_pair)]
         fields[key] = (two if key == TIP_VELOCITY else one, None)
     return create_model("Numbers", __base__=Table, **fields)
 
@@ -60,14 +68,19 @@ class Sidecar(Table):
 
     scene: str | None = None  # that the curves belong to
     source: str = ""  # whose they are, in words
-    time_offset_s: Annotated[float, SceneNumber("s")] = 0.0  # the file's time as the motion starts
+    time_offset_s: Annotated[
+        float, SceneNumber("s", at_least=-LARGEST_SAMPLE, at_most=LARGEST_SAMPLE)
+    ] = 0.0  # the file's time as the motion starts
     half_model: bool = False  # the forces are those of half a symmetric body
     threshold_N: Annotated[float, SceneNumber("N", at_least=0.0)] = 0.0  # of the file: no contact
     time_unit: Literal["s", "ms", "us"] = "s"  # of a solver's output; a CSV's header says it
     force_unit: Literal["N", "kN", "mN"] = "N"
     normal: Axis = "y"  # in a CSV y or -y, and tangential x or -x: the sign alone counts
     tangential: Axis = "x"
-    interface: str | int | None = None  # rcforc's number, CalculiX's SLAVE or SLAVE/MASTER
+    # rcforc's number, CalculiX's SLAVE or SLAVE/MASTER
+    interface: Annotated[str | None, BeforeValidator(lambda v: f"{v}" if type(v) is int else v)] = (
+        None
+    )
     side: Literal["slave", "master"] = "slave"  # the finger's
     scalars: Scalars = Scalars()  # that the source states itself, instead of the curves'
     uncertainty: Errors = Errors()  # absolute, one standard deviation, instead of the columns'

@@ -48,15 +48,14 @@ def read_solver_output(text: str, origin: str, sidecar: Sidecar) -> Samples:
         if (cells := row.match(block[2])) is None:
             wanted = "interface, time, x, y, z" if dyna else "CF's total surface force"
             raise UserError(f"{place}: {wanted} must follow; is the file cut off?")
-        # Fortran leaves the E out before an exponent of three digits
-        numbers = [re.sub(r"(?<=[\d.])(?=[+-]\d{3}$)", "E", cell) for cell in cells.groups()[-4:]]
+        numbers = map(with_exponents, cells.groups()[-4:])
         side = SIDES.get(block[1].lower(), block[1].lower())
         name = "/".join(cells.groups()[:-4])
         found[name, side].append((line, *(number(cell, place) for cell in numbers)))
     names = [
         name
         for name in sorted({name for name, _ in found})
-        if str(sidecar.interface) in (name, name.partition("/")[0]) or sidecar.interface is None
+        if sidecar.interface in (name, name.partition("/")[0]) or sidecar.interface is None
     ]
     printed = sidecar.side if dyna else "slave"  # the force on CalculiX's master is its opposite
     name = names[0] if len(names) == 1 else ""
@@ -77,3 +76,8 @@ def read_solver_output(text: str, origin: str, sidecar: Sidecar) -> Samples:
     forces = {"normal_force": normal, "tangential_force": tangential}
     time = table[:, 1] * FACTORS[sidecar.time_unit]
     return Samples(table[:, 0].astype(int), time, forces, (note,))
+
+
+def with_exponents(printed: str) -> str:
+    """Numbers with the E that Fortran leaves out before an exponent of three digits."""
+    return re.sub(r"(\.\d*)([+-]\d{3})(?!\d)", r"\1E\2", printed)

@@ -1,19 +1,17 @@
 """Samples checked as a tap, and what was done to them in lines."""
 
-from collections.abc import Mapping
-
 import numpy as np
 from numpy.typing import NDArray
 
 from validation.curve_files.contract import Samples, Sidecar
 from validation.curve_files.sample_errors import (
+    SCATTER_SAMPLES,
     ZeroLine,
     excess,
     held,
     lone_peak,
-    normal_force_errors,
-    peak_error,
     quantum,
+    tap_errors,
     zero_line,
 )
 from validation.errors import UserError
@@ -21,11 +19,11 @@ from validation.harness.record import Floats
 from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
-# Samples of a first touch, and times its force a later one has, beside which it is scatter.
-SCATTER_SAMPLES, SCATTER_RATIO = 2, 3.0
+SCATTER_RATIO = 3.0  # a later touch's force over a first one's, beside which that is scatter
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 LONE = 0.05  # of the peak, by which one sample above its neighbours is worth a line
 RAISED = 0.01  # of the peak, what scatter may raise it by that is worth a line
+ROUNDED = 1e-6  # of an interval, by which subtracting an offset may round it
 ROUND_OFF = 1e-12  # of the largest force: a computed one this small is zero
 AXES = {  # and what a tap's largest force along it decides
     "normal_force": ("peak_normal_force_N", "peak_normal_force_time_s", "normal_impulse_N_s"),
@@ -58,7 +56,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
     axes = [name for name in AXES if name in forces]
     lines = {name: zero_line(forces[name][~touches], round_off) for name in axes}
-    errors = _sample_errors(time, forces, contact, touches, tap, hidden, lines)
+    errors = tap_errors(time, forces, contact, touches, tap, hidden, lines)
     notes = [*filter(None, [sidecar.source]), *samples.notes]
     notes.append(_of_the_whole(sidecar, beside))
     off = np.max([np.abs(forces[name]) for name in axes], axis=0)
@@ -66,17 +64,10 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     if idle.any():
         most = max(least, float(off[idle].max())) / body
         notes.append(f"{idle.sum()} samples of up to {most:g} N count as no contact, without force")
-    from_trigger = time[0] < 0.0 and "time_offset_s" not in sidecar.model_fields_set
-    if from_trigger or time[tap][0] <= 0.0:
-        what, begins = ("record", time[0]) if from_trigger else ("tap", time[tap][0])
-        notes.append(
-            f"the {what} begins at {begins:.4g} s and the motion at 0 s, so its arrival means "
-            f"nothing; state when the motion starts in {beside}: time_offset_s"
-        )
-        if errors:
-            errors["contact_time_s"] = np.inf
     if tangential is None:
-        notes.append("no tangential force: it is not compared")
+        stated_peak = "peak_tangential_force_N" in sidecar.scalars.model_fields_set
+        but = "only its stated peak" if stated_peak else "it"
+        notes.append(f"no tangential force: {but} is {'not ' * (not stated_peak)}compared")
     if count > 1:
         of = f"{joined} touches" if joined > 1 else "one touch"
         own, largest = (f"{force.max() / body:.4g} N" for force in (normal[tap], normal))
@@ -90,6 +81,10 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
         notes += [note if name == "normal_force" else f"{name}: {note}" for note in found]
     notes += _intervals(samples, time, tap)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
+    if unknown := _unknown_start(time, tap, sidecar, beside):
+        notes.append(unknown)
+        if errors:
+            errors["contact_time_s"] = np.inf
     if not errors:
         notes.append(
             "no uncertainty is known, so nothing is judged: give sigma columns, or state "
@@ -110,45 +105,43 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     return curves, [*notes, *[f"{doubt}: {remedy}" for doubt in doubts]]
 
 
+def _unknown_start(time: Floats, tap: slice, sidecar: Sidecar, beside: str) -> str:
+    """A line if nothing tells the tap's arrival from the start of the motion, else nothing."""
+    from_trigger = time[0] < 0.0 and "time_offset_s" not in sidecar.model_fields_set
+    known = time[tap][0] > 0.0 and not from_trigger
+    if known or "contact_time_s" in sidecar.scalars.model_fields_set:
+        return ""
+    what, begins = ("record", time[0]) if from_trigger else ("tap", time[tap][0])
+    return (
+        f"the {what} begins at {begins:.4g} s and the motion at 0 s, so its arrival means "
+        f"nothing; state when the motion starts in {beside}: time_offset_s"
+    )
+
+
 def _times(samples: Samples, origin: str, sidecar: Sidecar) -> Floats:
     """Times since the motion starts, s.
 
-    Raises UserError: there are less than three samples, or their times do not rise.
+    Raises UserError: there are less than three samples, their times do not rise, or the offset
+        leaves no digits of them.
     """
     line = samples.lines
     if line.size < 3:
         raise UserError(f"{origin}: has {line.size} samples; a tap needs three or more")
-    time: Floats = samples.time_s - sidecar.time_offset_s
-    if (np.diff(time) <= 0.0).any():
-        at = 1 + int(np.argmax(np.diff(time) <= 0.0))
+    steps = np.diff(samples.time_s)
+    if (steps <= 0.0).any():
+        at = 1 + int(np.argmax(steps <= 0.0))
         raise UserError(
             f"{origin}, line {line[at]}: its time, {samples.time_s[at]:g} s, is not after that of "
             "the sample before; sort the samples, one of each time"
         )
-    return time
-
-
-def _sample_errors(
-    time: Floats, forces: Mapping[str, Floats], contact: Mapping[str, Floats],
-    touches: NDArray[np.bool_], tap: slice, hidden: float, lines: Mapping[str, ZeroLine],
-) -> dict[str, float]:  # fmt: skip
-    """Errors of a tap's numbers by its samples' standard deviations, where there are any.
-
-    contact : the forces, zero out of contact. hidden : force up to which nothing touches, N.
-    lines : the forces' zero lines.
-    """
-    errors: dict[str, float] = {}
-    if (sigma := forces.get("normal_force_sigma")) is not None:
-        step = quantum(forces["normal_force"][tap])
-        errors = normal_force_errors(
-            time[tap], contact["normal_force"][tap], sigma[tap], hidden, lines["normal_force"], step
+    time: Floats = samples.time_s - sidecar.time_offset_s
+    if (np.abs(np.diff(time) - steps) > ROUNDED * steps).any():
+        raise UserError(
+            f"{origin}.toml: time_offset_s = {sidecar.time_offset_s:g}: must leave the digits of "
+            f"times that are {steps.min():.3g} s apart; give the file's time at which the motion "
+            "starts"
         )
-        errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
-    if (sigma := forces.get("tangential_force_sigma")) is not None and "tangential_force" in lines:
-        pulled, line = contact["tangential_force"][tap], lines["tangential_force"]
-        step = quantum(forces["tangential_force"][tap])
-        errors["peak_tangential_force_N"], _ = peak_error(time[tap], pulled, sigma[tap], line, step)
-    return errors
+    return time
 
 
 def _check_pushes(
@@ -267,13 +260,6 @@ def _quality(size: Floats, line: ZeroLine, body: float, included: str) -> list[s
     return notes
 
 
-def _stray_end(time: Floats, touches: NDArray[np.bool_]) -> float:
-    """How much later a tap ends by last touches of `SCATTER_SAMPLES` or fewer, s."""
-    ends = np.flatnonzero(np.diff(touches)).reshape(-1, 2)
-    solid = [end for begin, end in ends if end - begin > SCATTER_SAMPLES]
-    return float(time[ends[-1, 1]] - time[solid[-1]]) if solid else 0.0
-
-
 def _intervals(samples: Samples, time: Floats, tap: slice) -> list[str]:
     """Lines of a gap in the tap, and of few samples."""
     notes, steps = [], np.diff(time[tap])
@@ -284,5 +270,6 @@ def _intervals(samples: Samples, time: Floats, tap: slice) -> list[str]:
             f"{np.median(steps):.3g} s), bridged by a straight line"
         )
     if steps.size <= FEW:
-        notes.append(f"the tap has {steps.size - 1} samples, its peak lies between two of them")
+        count = f"{steps.size - 1} sample{'s' * (steps.size > 2)}"
+        notes.append(f"the tap has {count}, its peak lies between two of them")
     return notes

@@ -12,6 +12,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from validation.curve_files.solver_output import with_exponents
+
 PROGRAM = "ccx"
 COMPLETED, TIMED_OUT, NOT_CONVERGED = "completed", "timed out", "not converged"
 _NUMBERED_ROW = re.compile(r"\s*\d+(\s+\S+){3}\s*$")
@@ -63,7 +65,7 @@ def run_calculix(deck: str, timeout_s: float, threads: int = 1) -> CalculixRun:
         seconds = time.perf_counter() - start
         data = Path(folder) / "job.dat"
         printed = data.read_text(encoding="ascii", errors="replace") if data.exists() else ""
-    return CalculixRun(answer(code, said), said, printed, seconds)
+    return CalculixRun(answer(code, said), said, with_exponents(printed), seconds)
 
 
 def answer(code: int | None, said: str) -> str:

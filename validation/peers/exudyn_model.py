@@ -32,15 +32,16 @@ def refusal(scene: NamedScene) -> str:
     tables = scene.tables
     if not installed(name):
         return "exudyn is not installed: pip install 'fingertap[bench]'"
+    elsewhere = any(map(any, tables.start_state or ()))
     for key, value, needed in (
         ("drive.torques other than 0", any(map(any, tables.torque_rows)), False),
         ("surface.incline", tables.surface.incline, 0.0),
-        ("a start other than at rest", tables.start_state, None),
+        ("a start other than level and at rest", elsewhere, False),
         ("tip.restitution", tables.tip.restitution, 1.0),
         ("surface.friction = 0", tables.surface.friction > 0.0, True),
     ):
         if value != needed:
-            taken = "only undriven, elastic, sliding taps from rest"
+            taken = "only undriven, elastic, sliding taps from rest along -X"
             given = f"{key} = {value:g}" if isinstance(needed, float) else key
             return f"exudyn takes {taken}: {given}; use --model hcm"
     return ""

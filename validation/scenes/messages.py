@@ -104,6 +104,8 @@ def _one(error: Any, of: type[BaseModel]) -> str:
         return f"{key} is missing: {_missing(key)}"
     if kind == "literal_error":
         return f"{key} = {show(value)}: must be {context['expected']}"
+    if kind == "string_type":
+        return f"{key} = {show(value)}: must be a text, in quotes"
     if kind == "bool_type":
         return f"{key} = {show(value)}: must be true or false"
     if kind in ("model_type", "model_attributes_type", "dict_type"):

@@ -36,6 +36,7 @@ PAIR = """*SURFACE,NAME=OUTSIDE\n1,S1\n*SURFACE,NAME=TOP\n2,S2\n*SURFACE INTERAC
 *INITIAL CONDITIONS,TYPE=VELOCITY\nBODY,3,-1\n*STEP,NLGEOM,INC=2000\n*DYNAMIC
 1e-6,1e-4,1e-9,1e-6\n*CONTACT PRINT,SLAVE=OUTSIDE,MASTER=TOP\nCF\n*END STEP"""
 
+NO_TANGENTIAL = re.sub(r",[^,\n]+$", "", GOOD, flags=re.M)
 DAT = " statistics for slave set A, master set B and time 1\n\n total surface force (f)\n"
 
 Read = Callable[..., Reference]
@@ -178,6 +179,19 @@ def test_the_arrival_of_a_record_from_its_trigger_is_not_judged(read: Read) -> N
     text = "\n".join(["time_s,normal_force_N,normal_force_sigma_N", *rows])
     assert np.isfinite(read(text, "time_offset_s = -1.0").record.errors["contact_time_s"])
     assert np.isinf(read(text, "time_offset_s = 0.1").record.errors["contact_time_s"])
+
+
+def test_an_arrival_is_judged_only_if_it_is_stated(read: Read) -> None:
+    """A stated uncertainty of an arrival that means nothing was judged; a stated arrival was said
+    to mean nothing.
+    """
+    known = "[uncertainty]\ncontact_time_s = 1e-6\n"
+    unknown = read(GOOD, known)
+    assert np.isinf(unknown.record.errors["contact_time_s"])
+    stated = read(GOOD, f"{known}[scalars]\ncontact_time_s = 0.136")
+    assert stated.record.errors["contact_time_s"] == 1e-6
+    said = [any("means nothing" in note for note in of.notes) for of in (unknown, stated)]
+    assert said == [True, False]
 
 
 HALF_SINE_HEAD = "time_s,normal_force_N,normal_force_sigma_N"
@@ -622,13 +636,17 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
         (GOOD, "half_modle = true", "unknown key; did you mean half_model"),
         (GOOD, "half_model = 2", "must be true or false"),
         (GOOD, "threshold_N = -1", "threshold_N = -1: must be a number in N, >= 0"),
+        (GOOD, "interface = true", "interface = true: must be a text, in quotes$"),
+        (GOOD, "time_offset_s = 1e11", "time_offset_s = 1e.11: must leave the digits .* 0.0001 s"),
+        (GOOD, "time_offset_s = 1e13", "time_offset_s = 1.*: must be a number in s, >= -1e.12"),
         (GOOD, "interface = 1", "interface is for solver output"),
         (GOOD, 'normal = "x"', "normal = 'x': in a CSV"),
         (GOOD, 'tangential = "-z"', "tangential = '-z': in a CSV.*'x' or '-x'"),
         (GOOD, "[uncertainty]\npeak_stress_R_Pa = 1e4", "peak_stress_R_Pa: .* no such"),
         (GOOD, f"time_offset_s = 1{'0' * 400}", "time_offset_s = 1.*: must be a number in s"),
         (GOOD, "[uncertainty]\npeak = 1", "unknown key"),
-        (GOOD, "[scalars]\ntip_velocity_at_contact_m_per_s = [1.0]", "at least 2 items"),
+        (GOOD, "[scalars]\ntip_velocity_at_contact_m_per_s = [1.0]",
+         r"m_per_s = \[1.0\]: must be a list of two numbers, \[x, y\]"),
         (GOOD, "[scalars]\npeak_normal_force_N = -5", "peak_normal_force_N = -5: must be.* > 0"),
         (GOOD, "[scalars]\npeak_normal_force_N = 0", "peak_normal_force_N = 0: must be.* > 0"),
         (GOOD, "[scalars]\nnormal_impulse_N_s = 0", "must be a number, > 0"),
@@ -669,7 +687,12 @@ def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) ->
             "1 samples of up to 0.2",
         ),
         (GOOD.replace("3e-4,0", "2e-2,0"), "", "a gap in the tap before line 5, 0.0198 s"),
-        (re.sub(r",[^,\n]+$", "", GOOD, flags=re.M), "", "no tangential force"),
+        (NO_TANGENTIAL, "", "no tangential force: it is not compared"),
+        (
+            NO_TANGENTIAL,
+            "[scalars]\npeak_tangential_force_N = -3.0",
+            "no tangential force: only its stated peak is compared",
+        ),
         (
             GOOD.replace("6,-3", "6,-9"),
             "",

@@ -13,6 +13,7 @@ from reference_fem.elements.geometry import CORNERS
 from reference_fem.model import build_model
 from tests.reference_fem.boxes import boxes
 from tests.validation.commands import Patch
+from validation.curve_files.solver_output import with_exponents
 from validation.peers import calculix, calculix_impact
 from validation.peers.calculix import COMPLETED, NOT_CONVERGED, TIMED_OUT
 
@@ -44,6 +45,13 @@ def test_what_it_prints_is_read() -> None:
     assert forces.tolist() == [0.0, 1.622533]
     velocity = calculix_impact.last_velocities(PRINTED)
     assert velocity.tolist() == [[0.5, 1.25, 0.0], [0.5, -0.00125, 0.0]]
+
+
+def test_exponents_of_three_digits_are_read() -> None:
+    """Fortran leaves out their E."""
+    printed = with_exponents(" velocities (vx)\n\n 1 -1.25-103 4.0E+00 2.+101\n")
+    velocity = calculix.last_vectors(printed, "velocities (vx)")
+    assert velocity.tolist() == [[-1.25e-103, 4.0, 2e101]]
 
 
 STRESSES = """

@@ -22,7 +22,8 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
     import pyvista as pv
 
     pressure = mesh[views.PRESSURE]
-    limits = (0.0, float(np.max(pressure)) or 1.0)
+    largest = float(np.max(pressure))
+    limits = (0.0, largest or 1.0)
     if np.ptp(mesh.points[:, 2]) == 0.0:
         views.draw(path, mesh, views.PRESSURE, text, height, zoom=True, limits=limits)
         return
@@ -40,12 +41,11 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
     views.show_field(plotter, mesh, views.PRESSURE, limits, True, "white", lighting=False)
     below = np.array([0.0, -10 * half, 0.0])
     start = middle + below + np.array([-1.4 * half, 0.1 * half, -0.75 * half])
-    length = float(f"{half / 2:.1g}")
-    views.scale_bar(plotter, start, length, np.array([0, 0, 0.06 * half]), "white")
+    views.scale_bar(plotter, start, half / 2, np.array([0, 0, 0.06 * half]), "white")
     views.look(plotter, middle, below, (0, 0, 1), half, (0.01 * half, 20 * half))  # X to the right
     plotter.set_background("black")
-    largest = f"largest {limits[1]:.3g} MPa on {count} nodes, from below"
-    plotter.add_text(f"{text}\n{largest}", position="upper_left", font_size=12, color="white")
+    text = f"{text}\nlargest {largest:.3g} MPa on {count} nodes, from below"
+    plotter.add_text(text, position="upper_left", font_size=12, color="white")
     views.screenshot(plotter, path)
 
 

@@ -31,6 +31,7 @@ def write_interactive(
     path: Path,
     title: str,
     steps: Sequence[tuple[float, Any]],
+    moments: Sequence[str],
     field: str,
     limits: tuple[float, float],
     height: float,
@@ -39,7 +40,7 @@ def write_interactive(
     """Write the page.
 
     steps : times since the first touch, s, and the body's surface at each, m: always the same
-        quadrilaterals, with the field on its cells.
+        quadrilaterals, with the field on its cells. moments : these times in us, as shown
     limits : range of the field's colour scale.
     height : H, m.
     """
@@ -67,13 +68,15 @@ def write_interactive(
         x=[x[0], x[1], x[1], x[0]], y=[-1e3 * height] * 4, z=[z[0], z[0], z[1], z[1]],
         i=[0, 0], j=[1, 2], k=[2, 3], color=GREY, opacity=0.4, hoverinfo="skip",
     )  # fmt: skip
-    names = [f"{1e6 * time:.0f}" for time, _ in steps]
     frames = [
-        go.Frame(data=moving(*step), traces=[0, 1], name=name)
-        for name, step in zip(names, steps, strict=True)
+        go.Frame(data=moving(*step), traces=[0, 1], name=f"{number}")
+        for number, step in enumerate(steps)
     ]
     at_once = {"mode": "immediate", "frame": {"duration": 0, "redraw": True}}
-    slider = [{"label": name, "method": "animate", "args": [[name], at_once]} for name in names]
+    slider = [
+        {"label": moment, "method": "animate", "args": [[f"{number}"], at_once]}
+        for number, moment in enumerate(moments)
+    ]
     figure = go.Figure([first, now, floor, *_force_lines(curves)], frames=frames)
     figure.update_layout(_layout(title))
     figure.update_layout(

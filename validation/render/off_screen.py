@@ -3,7 +3,7 @@
 import ctypes
 import ctypes.util
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
@@ -104,29 +104,34 @@ class Drawing:
     run: DrawnRun
     folders: Sequence[Path]
 
-    def moment(self, time: float) -> str:
-        """A time, counted from the first touch."""
-        return f"t - t_c = {(time - self.run.contact_s) * 1e6:.0f} µs"
+    @cached_property
+    def moments(self) -> list[str]:
+        """Times of the steps, counted from the first touch, or from the start without one."""
+        since = "t" if self.run.contact_s is None else "t - t_c"
+        return [f"{since} = {time} µs" for time in self.run.since_touch()]
 
-    @property
-    def peak(self) -> tuple[float, Path]:
-        """Time and file of the fields nearest to the peak force."""
-        return min(self.run.steps, key=lambda step: abs(step[0] - self.run.peak_s))
+    @cached_property
+    def peak(self) -> int:
+        """Number of the step nearest to the peak force; the last one if nothing touched."""
+        times = [time for time, _ in self.run.steps]
+        at = times[-1] if self.run.peak_s is None else self.run.peak_s
+        return int(np.abs(np.subtract(times, at)).argmin())
 
     @property
     def text(self) -> str:
         """Title of a picture at peak force."""
-        return f"{self.run.title}\n{self.moment(self.peak[0])} (peak force)"
+        which = " (peak force)" * (self.run.peak_s is not None)
+        return f"{self.run.title}\n{self.moments[self.peak]}{which}"
 
     @cached_property
     def inside(self) -> Any:
         """The body at peak force, cut in the plane of motion."""
-        return deformed(self.peak[1], cut=True)
+        return deformed(self.run.steps[self.peak][1], cut=True)
 
     @cached_property
     def whole(self) -> Any:
         """The body at peak force."""
-        return deformed(self.peak[1], cut=False)
+        return deformed(self.run.steps[self.peak][1], cut=False)
 
     @property
     def stress_limits(self) -> tuple[float, float]:
@@ -135,9 +140,10 @@ class Drawing:
 
     def stress(self, path: Path) -> None:
         """Stress in the plane of motion at peak force."""
-        largest = np.max(self.inside[STRESS])
-        text = f"{self.text}\nlargest {largest:.3g} MPa, beyond the scale"
+        largest = float(np.max(self.inside[STRESS]))
         height, limits = self.run.height_m, self.stress_limits
+        beyond = ", beyond the scale" * (largest > limits[1])
+        text = f"{self.text}\nlargest {largest:.3g} MPa{beyond}"
         draw(path, self.inside, STRESS, text, height, zoom=True, limits=limits)
 
     def velocity(self, path: Path) -> None:
@@ -152,44 +158,42 @@ class Drawing:
 
     def shape(self, path: Path) -> None:
         """The deformation at peak force, enlarged."""
-        draw_shape(path, self.peak[1], self.text, self.run.height_m)
+        draw_shape(path, self.run.steps[self.peak][1], self.text, self.run.height_m)
 
     def sequence(self, path: Path) -> None:
         """The tap in a few frames side by side."""
         indices = np.linspace(0, len(self.run.steps) - 1, min(FRAMES, len(self.run.steps)))
-        chosen = [self.run.steps[index] for index in indices.round().astype(int)]
-        with self._frames(chosen, path, bar_on_each=False) as frames:
+        with self._frames(indices.round().astype(int), path, bar_on_each=False) as frames:
             contact_sheet(path, frames, columns=3)
 
     def animation(self, path: Path) -> None:
         """The tap as a GIF."""
-        with self._frames(self.run.steps, path, bar_on_each=True) as frames:
+        with self._frames(range(len(self.run.steps)), path, bar_on_each=True) as frames:
             write_gif(path, frames)
 
     def interactive(self, path: Path) -> None:
         """The tap as an interactive page, its forces beside those of the other runs."""
-        steps = [(t - self.run.contact_s, deformed(file, cut=True)) for t, file in self.run.steps]
+        since = self.run.contact_s or 0.0
+        steps = [(t - since, deformed(file, cut=True)) for t, file in self.run.steps]
         curves = dict(read_curves(folder) for folder in self.folders)
-        shown = steps, STRESS, self.stress_limits, self.run.height_m, curves
+        shown = steps, self.run.since_touch(), STRESS, self.stress_limits, self.run.height_m, curves
         write_interactive(path, self.run.title, *shown)
 
     @contextmanager
-    def _frames(
-        self, steps: Sequence[tuple[float, Path]], path: Path, bar_on_each: bool
-    ) -> Iterator[list[Path]]:
-        """Draw the stress at some times from one viewpoint, in files removed after the block."""
-        frames = []
-        for number, (time, file) in enumerate(steps):
+    def _frames(self, steps: Iterable[int], path: Path, bar_on_each: bool) -> Iterator[list[Path]]:
+        """Draw the stress of some steps from one viewpoint, in files removed after the block."""
+        frames, last = [], len(self.run.steps) - 1
+        for number in steps:
             frames.append(path.with_name(f".{path.stem}-{number}.png"))
             draw(
                 frames[-1],
-                deformed(file, cut=True),
+                deformed(self.run.steps[number][1], cut=True),
                 STRESS,
-                self.moment(time),
+                self.moments[number],
                 self.run.height_m,
                 zoom=True,
                 limits=self.stress_limits,
-                with_bar=bar_on_each or number == len(steps) - 1,
+                with_bar=bar_on_each or number == last,
                 look_at=lowest_x(self.inside),
             )
         yield frames

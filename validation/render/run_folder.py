@@ -5,6 +5,7 @@ import math
 import tomllib
 import xml.etree.ElementTree as ElementTree
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,17 +23,24 @@ class DrawnRun:
     """A run's fields over time, and what is written on its pictures.
 
     steps : times (s) and files of the fields, at least one.
-    contact_s, peak_s : absolute times of the first touch and of the peak force.
+    contact_s, peak_s : absolute times of the first touch and of the peak force; None without.
     height_m : H.
     doubt : how the run ended if it did not complete, and its own message; empty without either.
     """
 
     steps: list[tuple[float, Path]]
-    contact_s: float
-    peak_s: float
+    contact_s: float | None
+    peak_s: float | None
     height_m: float
     title: str
     doubt: str
+
+    def since_touch(self) -> list[str]:
+        """Times of the steps, us, from the first touch (from the start without one), told apart."""
+        times = [1e6 * (time - (self.contact_s or 0.0)) for time, _ in self.steps]
+        apart = min((b - a for a, b in pairwise(times) if b > a), default=1.0)
+        digits = max(0, math.ceil(-math.log10(apart)))
+        return [f"{round(time, digits) + 0.0:.{digits}f}" for time in times]  # -0.0 + 0.0 is 0.0
 
 
 def read_run(folder: Path) -> DrawnRun:
@@ -49,8 +57,11 @@ def read_run(folder: Path) -> DrawnRun:
     part = "summary.json"
     try:
         summary = json.loads((folder / part).read_text(encoding="utf-8"))
-        contact = _finite(summary["contact_time_s"])
-        after = _finite(summary["peak_normal_force_time_s"])
+        contact, after = (
+            None if summary[key] is None else _finite(summary[key])
+            for key in ("contact_time_s", "peak_normal_force_time_s")
+        )
+        peak = None if contact is None or after is None else contact + after
         document = tomllib.loads(summary["provenance"]["scene_toml"])
         height = _finite(document["surface"]["height"])
         title = f"{summary['scene']} finger, {summary['model']} {summary['variant']}"
@@ -60,7 +71,7 @@ def read_run(folder: Path) -> DrawnRun:
         steps = read_steps(folder / FIELDS)
     except DAMAGED as error:
         raise _damaged(folder, part, error) from error
-    return DrawnRun(steps, contact, contact + after, height, title, doubt)
+    return DrawnRun(steps, contact, peak, height, title, doubt)
 
 
 def read_curves(folder: Path) -> tuple[str, Any]:
@@ -114,9 +125,7 @@ def read_steps(folder: Path) -> list[tuple[float, Path]]:
 
 
 def _finite(number: Any) -> float:
-    """A number that must be finite; 0 for None, which a run without contact writes."""
-    if number is None:
-        return 0.0
+    """A number that must be finite."""
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise TypeError(f"{str(number)[:40]!r} is not a number")
     if not math.isfinite(number):

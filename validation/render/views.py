@@ -9,6 +9,7 @@ from validation.harness.files import atomic
 from validation.render.run_folder import check_fields
 
 EDGES_UP_TO = 5000  # faces: beyond this, edges hide the colours
+NEAR = 0.01  # over the body's diagonal: how far beside the lowest point its height is measured
 GAP = 6  # pixels between the frames of a sheet
 SIZE, HALF_SIZE = (1000, 640), (500, 320)
 STRESS, SPEED = "von Mises stress (MPa)", "speed (m/s)"
@@ -85,27 +86,31 @@ def _surface_and_camera(
 
     x_low, x_high, _, y_high = np.asarray(mesh.bounds)[:4]
     tip_x = lowest_x(mesh) if look_at is None else look_at
-    radius = float(np.ptp(mesh.points[np.abs(mesh.points[:, 0] - lowest_x(mesh)) < 1e-3, 1])) / 2
-    radius = min(max(radius, 1e-4), float(x_high - x_low))
+    near = NEAR * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
+    beside = np.abs(mesh.points[:, 0] - lowest_x(mesh)) < near
+    radius = min(max(float(np.ptp(mesh.points[beside, 1])) / 2, 0.1 * near), float(x_high - x_low))
     if zoom:
-        half_view, bar, center = 1.6 * radius, 0.002, tip_x + 0.6 * radius
+        half_view, center = 1.6 * radius, tip_x + 0.6 * radius
     else:
         half_view = 0.7 * max(float(y_high) + height, 0.6 * float(x_high - x_low))
-        bar, center = 0.02, float(x_low + x_high) / 2
+        center = float(x_low + x_high) / 2
     focus = np.array([center, -height + 0.5 * half_view, 0.0])
     far = 8 * half_view
     slab = (center - far, center + far, -height - far, -height, -far, -1e-4 * half_view)
     plotter.add_mesh(pv.Box(slab), color=SURFACE_COLOR, lighting=False)
     start = focus + half_view * np.array([-1.45, -0.78, 2.0])
-    scale_bar(plotter, start, bar, np.array([0, 0.05 * half_view, 0]), "black")
+    scale_bar(plotter, start, half_view / 4, np.array([0, 0.05 * half_view, 0]), "black")
     look(plotter, focus, np.array([0, 0, far]), (0, 1, 0), half_view, (0.1 * far, 3 * far))
     plotter.set_background("white")
 
 
 def scale_bar(plotter: Any, start: Any, length: float, label: Any, color: str) -> None:
-    """Add a line of this length, m, along X; `label` is its label's offset from its middle, m."""
+    """Add a line of about this length, m, along X; `label` is its label's offset from its middle,
+    m.
+    """
     import pyvista as pv
 
+    length = float(f"{length:.1g}")
     end = start + np.array([length, 0, 0])
     plotter.add_mesh(pv.Line(start, end), color=color, line_width=5, lighting=False)
     plotter.add_point_labels(

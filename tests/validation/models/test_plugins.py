@@ -23,6 +23,7 @@ from validation.harness.run_files import Fields
 from validation.models.adapter import Outcome
 from validation.models.curves import Curves, record_of, tap_scalars
 from validation.models.solid import Solid
+from validation.peers import exudyn_model
 from validation.scenes.load import changed_scene, load_scene
 
 EXAMPLE = Path(__file__).parents[3] / "docs" / "plugin-example"
@@ -324,6 +325,9 @@ def test_exudyn_refuses_what_it_cannot_model(fingertap: Run) -> None:
     lossy = fingertap("run", "soft", "--model", "exudyn", "--set", "tip.restitution=0.8")
     assert "tip.restitution = 0.8; use --model hcm" in lossy.refusal
     assert "drive.torques" in fingertap("run", "driven-1", "--model", "exudyn").refusal
+    turned = load_scene("soft", ("start.angles=0.1",))
+    assert "a start other than level" in exudyn_model.refusal(turned)
+    assert not exudyn_model.refusal(load_scene("soft", ("start.angles=0.0", "start.rates=0.0")))
 
 
 def test_scalars_that_contradict_the_curves_are_said() -> None:

@@ -1,6 +1,7 @@
 """``fingertap render``: pictures of a run or a scene, and the mathematics of what they show."""
 
 import json
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from validation.render import command as render_command
 from validation.render import interactive, off_screen
 from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
-from validation.render.run_folder import read_curves, read_steps
+from validation.render.run_folder import DrawnRun, read_curves, read_steps
 from validation.render.views import read_fields, surface
 from validation.runs import command as run_command
 
@@ -283,3 +284,29 @@ def test_pictures_of_an_earlier_run_are_not_shown(tmp_path: Path, monkeypatch: P
     found = off_screen.render_run(tmp_path, tmp_path, "soft", ("stress", "velocity"))
     assert (found.pictures, old.exists()) == ({}, False)
     assert "VTK died" in found.problem
+
+
+def test_times_on_pictures_tell_steps_apart() -> None:
+    """Taps of 2 us had four names for eleven steps, two of them 0 and -0."""
+    times = (-2e-8, -1e-9, 5.3e-7, 1.04e-6)
+    steps = [(1e-3 + time, Path()) for time in times]
+    run = DrawnRun(steps, 1e-3, 1e-3 + times[-1], 0.1, "tiny", "")
+    assert run.since_touch() == ["-0.02", "0.00", "0.53", "1.04"]
+
+
+def test_a_run_without_a_touch_has_no_peak(monkeypatch: Patch) -> None:
+    """Its pictures said "peak force", and that 0 MPa were beyond the scale."""
+    said: list[str] = []
+    monkeypatch.setattr(off_screen, "deformed", lambda *a, **b: {off_screen.STRESS: np.zeros(3)})
+    monkeypatch.setattr(
+        off_screen, "draw", lambda path, mesh, field, text, *a, **b: said.append(text)
+    )
+    run = DrawnRun([(0.0, Path()), (1e-3, Path())], None, None, 0.1, "soft", "UNSTABLE")
+    off_screen.Drawing(run, ()).stress(Path())
+    assert said == ["soft\nt = 1000 µs\nlargest 0 MPa"]
+    touched = replace(run, contact_s=4e-4, peak_s=7e-4)
+    monkeypatch.setattr(
+        off_screen, "deformed", lambda *a, **b: {off_screen.STRESS: np.arange(1000.0)}
+    )
+    off_screen.Drawing(touched, ()).stress(Path())
+    assert said[1:] == ["soft\nt - t_c = 600 µs (peak force)\nlargest 999 MPa, beyond the scale"]

@@ -20,6 +20,9 @@ from meshes.mesh import FingerMesh, Floats, Ints
 from meshes.topology import numbered, sides
 
 _CELL_TYPES = {"hexahedron": 3, "quad": 2}
+FLAT = (
+    1e-6  # largest extent in Z of a plane mesh, over its largest one: files have single precision
+)
 
 
 def write(mesh: FingerMesh, path: str | Path) -> None:
@@ -110,6 +113,9 @@ def _from_content(content: Any) -> FingerMesh:
     (block,) = content.cells
     dim = _CELL_TYPES[block.type]
     points: Floats = np.ascontiguousarray(content.points[:, :dim], dtype=np.float64)
+    beside = content.points[:, dim:]
+    if beside.size and np.ptp(beside) > FLAT * np.ptp(points):
+        raise MeshError("holds quadrilaterals that are not in a plane of constant Z")
     cells: Ints = np.ascontiguousarray(block.data, dtype=np.int64)
     cell_data = {name: data[0] for name, data in content.cell_data.items()}
     node_sets = {

@@ -37,6 +37,11 @@ def check_finger(mesh: FingerMesh, geometry: FingerGeometry) -> None:
     """
     if mesh.phalanges != geometry.phalanges:
         raise MeshError(f"has {mesh.phalanges} phalanges, the finger has {geometry.phalanges}")
+    if len(mesh.ties):
+        raise MeshError(
+            f"has {len(mesh.ties)} hanging nodes, across which this check does not join elements:"
+            " check the mesh without halvings"
+        )
     bodies = [_Body.of(mesh, geometry, w) for w in range(geometry.phalanges)]
     owner = np.full(len(mesh.points), -1)
     for body in bodies:
@@ -223,6 +228,11 @@ def _sets(mesh: FingerMesh, bodies: list[_Body]) -> Iterator[tuple[str, Ints, In
             yield _row(mesh, f"{which}_face_{w}", face, place)
             if body.geometry.shaft_radius is not None:
                 rim = np.unique(body.facets[body.on[3]])
+                if not rim.size:
+                    raise MeshError(
+                        f"phalanx {w} has no holes, and the finger's shafts have radius"
+                        f" {body.geometry.shaft_radius:g} m"
+                    )
                 face, place = np.intersect1d(face, rim), f"of the hole's edges {place}"
             yield _row(mesh, f"hinge_{w}_{which}", face, place)
     body = bodies[-1]

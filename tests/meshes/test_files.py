@@ -179,6 +179,9 @@ def test_foreign_file_without_sets_or_with_tetrahedra(tmp_path: Path) -> None:
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]) * 0.01
     meshio.Mesh(square, [("quad", [[0, 1, 2, 3]])]).write(path)
     assert "cell sets phalanx_1, phalanx_2, ... are missing" in refusal(path)
+    bent = square + np.array([[0, 0, 0], [0, 0, 0], [0, 0, 1e-3], [0, 0, 0]])
+    meshio.Mesh(bent, [("quad", [[0, 1, 2, 3]])]).write(path)
+    assert "not in a plane of constant Z" in refusal(path)
 
 
 def test_two_that_write_one_file_do_not_meet(

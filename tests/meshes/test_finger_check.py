@@ -46,12 +46,19 @@ def test_our_meshes_are_the_finger(
         ({"diameters": (0.015, 0.01201)}, r"phalanx 2 is 0.012 m thick, .* is 0.01201"),
         ({"lengths": (0.04,), "diameters": (0.015,)}, r"has 2 phalanges, the finger has 1"),
         ({"tip": "flat"}, r"phalanx 2 has \d+ of \d+ outer facets off .* by up to"),
-        ({"shaft_radius": 2e-3}, r"hinge_1_proximal: lacks 0 of the 0 nodes of the hole's edges"),
+        ({"shaft_radius": 2e-3}, "phalanx 1 has no holes, and the finger's shafts have"),
     ],
 )
 def test_another_finger(mesh: meshes.FingerMesh, change: dict, message: str) -> None:
     with pytest.raises(meshes.MeshError, match=message):
         meshes.check_finger(mesh, dataclasses.replace(GEOMETRY, **change))
+
+
+def test_hanging_nodes_are_not_two_bodies() -> None:
+    """A halved mesh of one body was "2 parts not joined by a facet"."""
+    fine = dataclasses.replace(COARSE, tip_size=5e-4, halvings=1, patch_size=1e-3)
+    with pytest.raises(meshes.MeshError, match=r"hanging nodes, .* without halvings"):
+        meshes.check_finger(BUILD[3](GEOMETRY, fine), GEOMETRY)
 
 
 def of_cells(mesh: meshes.FingerMesh, chosen: np.ndarray) -> meshes.FingerMesh:

@@ -174,10 +174,21 @@ def identify_contact(
         },
         cautions=(
             *patch_cautions(hertz_contact_radius(material, radius, force) / radius, below),
+            *_law_cautions(scene),
             *_yield_cautions(
                 upright - abs(round_angle), tables.per_phalanx(tables.finger.length)[-1] / radius
             ),
         ),
+    )
+
+
+def _law_cautions(scene: NamedScene) -> tuple[str, ...]:
+    """Caution about a force that k does not enter."""
+    if not hcm_scene(scene, estimate=False).assumptions.has("hertz"):
+        return ()
+    return (
+        "under solver.hcm.hertz, one of the refined assumptions, k does not enter the reduced"
+        " model: F is that model's peak, and k the spring of the same energy there",
     )
 
 

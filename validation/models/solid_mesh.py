@@ -23,6 +23,7 @@ PATCH_EDGES, LEAST_PATCH = 2.5, 0.02
 PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are meant for
 COARSER, FINER = 2.0, 0.75  # edges of a run's companion mesh over its own
 FEW = 600  # elements
+OF_REFINED = ("growth", "patch_size", "halvings")  # sizes that a tip of even edges does not have
 FLIGHT_EDGE = 0.25  # edges over the smallest diameter, on the mesh of a coarse flight
 CLEARANCE = 0.01  # over the tip's radius, in an impact state; nodes stand out by less
 
@@ -107,7 +108,14 @@ def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
     """The mesh of a coarse flight; None if the flight is not coarse."""
     if tables.solver.fem.flight != "coarse":
         return None
-    return _mesh(tables, dimension, _flight_sizing(tables))
+    import meshes
+
+    sizing = _flight_sizing(tables)
+    try:
+        return _mesh(tables, dimension, sizing)
+    except meshes.MeshError as error:
+        edge = f"solver.fem.flight_size = {sizing.section_size:g}"
+        raise ValueError(f"{edge}, all three sizes of the mesh in flight: {error}") from error
 
 
 def _flight_sizing(tables: Scene) -> meshes.Sizing:
@@ -116,8 +124,13 @@ def _flight_sizing(tables: Scene) -> meshes.Sizing:
 
     fem, diameter = tables.solver.fem, tables.smallest_diameter
     edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
+    if edge > diameter:
+        raise ValueError(
+            f"solver.fem.flight_size = {edge:g}: must be at most the smallest diameter,"
+            f" {diameter:g} m"
+        )
     axial = min(edge, *tables.per_phalanx(tables.finger.length))
-    return meshes.Sizing(min(edge, diameter), axial, min(edge, diameter), full_volume=True)
+    return meshes.Sizing(edge, axial, edge, full_volume=True)
 
 
 def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
@@ -153,6 +166,12 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     sizing = replace(base, **stated)
     by_patch = fem.preset == "contact" and "tip_size" not in stated
     refined = by_patch or sizing.tip_size < sizing.section_size
+    idle = [key for key in OF_REFINED if stated.get(key)]
+    if idle and not refined and "tip_size" not in stated:
+        raise ValueError(
+            f"solver.fem.{idle[0]} = {stated[idle[0]]:g}: has no effect on the even tip of preset"
+            f" '{fem.preset}': state a solver.fem.tip_size below section_size, or leave it out"
+        )
     touch = predicted_touch(tables, dimension) if refined or sizes is not None else None
     if touch is None or not refined:
         return sizing, touch

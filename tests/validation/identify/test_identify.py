@@ -117,6 +117,12 @@ def test_compliances_beyond_their_statics_are_said() -> None:
     assert identify._yield_cautions(np.radians(38.0), 5.33) == ()
 
 
+def test_a_force_that_k_does_not_enter_is_said() -> None:
+    refined = load_scene("soft", ("solver.hcm.assumptions=refined",))
+    assert identify._law_cautions(load_scene("soft")) == ()
+    assert "k does not enter the reduced model" in identify._law_cautions(refined)[0]
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [("solver.hcm.max_contact_time=1e-5", "still in contact"),

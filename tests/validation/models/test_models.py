@@ -375,6 +375,8 @@ def test_a_coarse_flight_does_not_relax_where_only_the_touch_should(
     [
         ("solver.fem.flight=rigid", "solver.fem.flight_size = 0.003: has no effect on"),
         ("solver.fem.flight_size=0", "solver.fem.flight_size = 0: must be"),
+        ("solver.fem.flight_size=0.5", "flight_size = 0.5: must be at most the smallest diameter"),
+        ("solver.fem.flight_size=1e-7", "solver.fem.flight_size = 1e-07, all three sizes of"),
         ("solver.fem.flight=floating", "solver.fem.flight = 'floating': must be"),
     ],
 )
@@ -383,6 +385,16 @@ def test_edges_of_a_coarse_flight_that_mean_nothing_are_refused(
 ) -> None:
     with pytest.raises(UserError, match=message):
         solid.FEM2D.run(load_scene("soft", (*LOW, "solver.fem.flight_size=0.003", override)))
+
+
+@pytest.mark.parametrize("key", ["growth=1.9", "patch_size=0.003", "halvings=3"])
+def test_sizes_of_a_refined_tip_are_refused_on_an_even_one(key: str) -> None:
+    """Three keys were accepted, and the mesh was the same."""
+    tables = load_scene("soft", ("solver.fem.preset=fast", f"solver.fem.{key}")).tables
+    with pytest.raises(ValueError, match="has no effect on the even tip of preset 'fast'"):
+        solid_mesh.sizing_of(tables, 3)
+    fine = ("solver.fem.preset=fast", "solver.fem.tip_size=5e-4", f"solver.fem.{key}")
+    solid_mesh.sizing_of(load_scene("soft", fine).tables, 3)
 
 
 def test_a_relaxation_time_of_zero_that_is_stated_names_another_run() -> None:

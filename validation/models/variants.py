@@ -1,27 +1,16 @@
 """The reduced model between the paper's assumptions and the refined ones.
 
 Cumulative: starting from the paper's, assumptions become refined one after the other, in `ORDER`,
-on which the effect of each depends. Leave-one-out: the refined model with the paper's choice of one
-assumption, and of those that mean nothing without it. A tap ends by the same rule in all.
+that of their declaration, on which the effect of each depends. Leave-one-out: the refined model
+with the paper's choice of one assumption, and of those that mean nothing without it. A tap ends by
+the same rule in all.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
-from hcm.assumptions import NEEDS
+from hcm.assumptions import NEEDS, Assumptions
 
-ORDER = (
-    "rotary_inertia",
-    "half_ball",
-    "lowest_point",
-    "hertz",
-    "partial_slip",
-    "shear",
-    "tip_compliance",
-    "deforming_tip",
-    "growing_patch",
-    "radiating_tip",
-    "cauchy_stress",
-)
+ORDER = tuple([f.name for f in fields(Assumptions) if f.name not in ("assumptions", "whole_tap")])
 
 
 @dataclass(frozen=True)

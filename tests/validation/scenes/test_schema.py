@@ -1,6 +1,7 @@
 """``fingertap schema`` says what reading a scene accepts, and ``fingertap new`` writes one."""
 
 import copy
+import dataclasses
 import json
 import re
 import tomllib
@@ -11,6 +12,7 @@ import jsonschema
 import pytest
 import tomli_w
 
+import meshes
 from tests.validation.commands import Run, call
 from validation.errors import UserError
 from validation.models.solid_inputs import NEEDED, solver_settings
@@ -19,6 +21,7 @@ from validation.scenes.load import BUILT_IN, load_scene, read_document
 from validation.scenes.load import validate as read_tables
 from validation.scenes.messages import known_keys
 from validation.scenes.schema import scene_schema
+from validation.scenes.solver_tables import LIMITS, SIZES
 from validation.sweep.plan import assignment
 
 
@@ -55,6 +58,11 @@ def test_schema_has_every_key_with_words_and_the_built_in_scenes_pass(
     described = entries(schema)
     assert set(described) == set(known_keys())
     assert all(entry["description"] for entry in described.values())
+
+
+def test_sizes_are_all_that_a_mesh_file_decides() -> None:
+    """A size that is not among them would be accepted beside a mesh file, without effect."""
+    assert set(SIZES) == {f.name for f in dataclasses.fields(meshes.Sizing)} - set(LIMITS)
 
 
 def test_no_number_stands_where_a_key_has_no_bound(schema: dict[str, Any]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.companion import grazes
+from hcm.companion import grazes, rescaled_settings
 from hcm.estimate import (
     TITLES,
     between_rows,
@@ -271,3 +271,40 @@ def test_what_rods_leave_out_is_in_the_friction_of_a_tip_that_sticks(
 def test_a_caution_has_no_more_digits_than_the_error_is_worth() -> None:
     (text,) = caution({"peak_normal_force_N": 4.6e8}, hcm.Settings())
     assert "peak normal force more than 1000 %" in text
+
+
+@pytest.fixture(scope="module", params=[1, 20])
+def alone(request: pytest.FixtureRequest) -> hcm.TapResult:
+    settings = hcm.Settings(estimate=False)
+    return hcm.simulate(finger(SOFT, elements=request.param), SURFACE, SOFT_TIP, settings=settings)
+
+
+def test_a_force_has_half_the_error_of_the_energy(alone: hcm.TapResult) -> None:
+    """|dF|/F = |dE|/2E, E the kinetic energy at the touch; a fifth of it is lost here."""
+    summary, history = alone.summary, alone.history
+    touched = summary.contact_time_s
+    kinetic = history.kinetic_energy_J[history.time_s.searchsorted(touched)]
+    work = history.drive_work_J + 0.2 * kinetic * (history.time_s > touched)
+    lost = replace(alone, history=replace(history, drive_work_J=work))
+    for name in ("peak_normal_force_N", "normal_impulse_N_s"):
+        # its own balance adds 1e-4
+        assert companion_errors(lost, alone)[name] == pytest.approx(
+            0.1 * getattr(summary, name), rel=0.02
+        )
+
+
+def test_a_companion_of_more_elements_counts_double(alone: hcm.TapResult) -> None:
+    """Its difference is half the error, at order 1."""
+    few = alone.given["finger"].phalanges[-1].elements == 1
+    stress = replace(alone.history, stress_R_Pa=0.9 * alone.history.stress_R_Pa)
+    found = estimate_errors(alone, lambda scene: replace(alone, history=stress)).errors
+    expected = (0.2 if few else 0.1) * abs(alone.summary.peak_stress_R_Pa)
+    assert found["peak_stress_R_Pa"] == pytest.approx(expected)
+
+
+def test_tolerances_of_a_repetition_go_with_the_cube_of_its_steps(alone: hcm.TapResult) -> None:
+    """A local error is of order 3 in the step."""
+    settings = hcm.Settings(flight_tolerance=1e-9, contact_tolerance=1e-10)
+    found = rescaled_settings(settings, alone, 3.0, 10**6)
+    tolerances = found.flight_tolerance, found.contact_tolerance
+    assert tolerances == pytest.approx((27e-9, 27e-10), rel=1e-12)

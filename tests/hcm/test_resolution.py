@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,9 +13,11 @@ from hcm.resolution import (
     CAUTION_ERROR,
     LARGEST_TIME_ERROR,
     collocation_error,
+    judge_steps,
     over_phase,
     second_difference,
 )
+from hcm.summary import vertex
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, TRUTH, finger
 
 
@@ -136,3 +139,22 @@ def test_an_end_time_that_cuts_the_first_tap_completes_nothing(
         assert result.status is hcm.Status.STILL_IN_CONTACT
         assert "end_time cuts the first tap" in result.message
         assert "solver.hcm.end_time" in result.status.advice
+
+
+def test_vertex_of_uneven_rows_is_the_parabolas() -> None:
+    time = np.array([0.0, 0.2, 0.4, 0.9, 1.0])
+    force = 5.0 - 3.0 * (time - 0.37) ** 2
+    assert vertex(time, force, 0, 5, 2) == pytest.approx((0.37, 5.0), rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("steps", "status", "cautions"),
+    [(10, "COMPLETED", 0), (8, "COMPLETED", 1), (3, "COMPLETED", 1), (2, "UNRESOLVED", 0)],
+)
+def test_the_steps_of_a_half_sine_are_judged(steps: int, status: str, cautions: int) -> None:
+    """By 4 sin^2(pi/2n)/12: 0.0082, 0.013, 0.083 and 0.17 of the peak."""
+    time = np.linspace(0.0, 1.0, steps + 1)
+    history = SimpleNamespace(time_s=time, normal_force_N=np.sin(np.pi * time))
+    summary = SimpleNamespace(contact_time_s=0.0, contact_duration_s=1.0)
+    found = judge_steps(history, (), summary, hcm.Settings())
+    assert (found[0].name, len(found[2])) == (status, cautions)

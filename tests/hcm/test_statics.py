@@ -12,6 +12,7 @@ from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.contact.law import IN_FLIGHT, ContactLaw
+from hcm.posture import Posture
 from hcm.statics import equilibrium
 from tests.hcm.cases import SOFT, finger
 
@@ -120,3 +121,11 @@ def test_no_equilibrium_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("hcm.statics.ITERATIONS", 1)
     with pytest.raises(ArithmeticError, match=r"no equilibrium at 0\.05 of the load"):
         cantilever(2, 4)
+
+
+def test_deflection_is_positive_away_from_the_surface() -> None:
+    places = np.array([[0.0, 0.0], [-0.02, 1e-3], [-0.04, 0.0]])
+    slopes = np.tile([-1.0, 0.0], (3, 1))
+    along, off = Posture(0.0, (places,), (slopes,)).deflection(0)
+    assert along == pytest.approx([0.0, 0.02, 0.04])
+    assert off == pytest.approx([0.0, 1e-3, 0.0])

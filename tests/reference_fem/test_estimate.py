@@ -12,6 +12,7 @@ import pytest
 
 import meshes
 import reference_fem as rf
+from reference_fem import estimate
 from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.error_cautions import later_taps, percent
 from reference_fem.estimate import SolvedScene, standing_out
@@ -570,3 +571,22 @@ def test_what_leads_to_the_touch_changes_the_speed_as_is_stated() -> None:
 )
 def test_a_share_has_no_more_digits_than_it_is_worth(share: float, text: str) -> None:
     assert percent(share) == text
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_arrival_is_known_to_a_facets_sagitta(dim: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """R - sqrt(R^2 - c^2), c half an edge or half a facet's diagonal."""
+    monkeypatch.setattr(estimate, "arrival_errors", lambda *given: (0.0, np.zeros(2)))
+    edge, speed = 1e-3, 1.6
+    state = rf.ChainState(np.zeros(1), np.zeros(1), 0.0)
+    flown = SimpleNamespace(before=lambda end: state)
+    flight = SimpleNamespace(touch=state, pole_velocity=lambda end: np.zeros(2), flown=flown)
+    settings = SimpleNamespace(flight="explicit", flight_error=False)
+    solved: Any = SimpleNamespace(
+        scene=SimpleNamespace(settings=settings, mesh=SimpleNamespace(dim=dim)), radius=R
+    )
+    given: Any = (None, (None, None), flight, (0.0, -speed), speed, Resolution(edge, 1.0))
+    c = edge / 2 if dim == 2 else edge / math.sqrt(2)
+    # c^2/(2 R), without the next power
+    exact = (R - math.sqrt(R**2 - c**2)) / speed
+    assert estimate._flight_errors(solved, *given).late_s == pytest.approx(exact, rel=0.01)

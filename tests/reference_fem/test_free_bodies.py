@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from meshes import FingerMesh
-from reference_fem import ChainState, Material, TorqueTable
+from reference_fem import ChainState, Material, Settings, TorqueTable
 from reference_fem.dynamics.energy import sample
-from reference_fem.dynamics.step import advance, start_state
+from reference_fem.dynamics.recorder import Recorder
+from reference_fem.dynamics.step import advance, lowest_gap, start_state
 from reference_fem.joints.section import build_section
 from reference_fem.model import Model
 from reference_fem.rigid_chain import pose
@@ -250,3 +251,28 @@ def test_blocks_of_steps_compose_bit_for_bit() -> None:
     assert np.array_equal(whole.displacement, pieces.displacement)
     assert np.array_equal(whole.velocity, pieces.velocity)
     assert np.array_equal(begin.displacement, zero)  # what goes in stays as it is
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_a_half_models_gap_is_not_doubled(half: bool) -> None:
+    """Its forces are."""
+    model = model_of(boxes((0.04,), (0.01, 0.02), (4, 1, 2), half=half))
+    zero = np.zeros_like(model.points)
+    state = start_state(model, zero, zero, 0.0)
+    _, block = advance(model, state, 1, True)
+    recorder = Recorder(Settings())
+    recorder.add(model, state, block, sample(model, state, block, 0.0), False)
+    gap = recorder.forces().lowest_gap_m[0]
+    assert gap == pytest.approx(lowest_gap(model, zero), rel=1e-12)
+
+
+def test_the_work_of_a_ramp_is_of_second_order() -> None:
+    """To first order 2/(3 N) of the kinetic energy would be missing, 3e-3 in N = 200 steps; 2.5e-5
+    measured.
+    """
+    table = TorqueTable((0.0, 1.0), ((0.0,), (0.1,)))
+    model = model_of(boxes((0.03,), (0.01,), (6, 2), hinged=False), table=table)
+    zero = np.zeros_like(model.points)
+    state, _ = advance(model, start_state(model, zero, zero, 0.0), 200, False)
+    taken = sample(model, state, advance(model, state, 1, False)[1], 0.0)
+    assert abs(taken.energy_balance_J) < 2e-4 * taken.kinetic_energy_J

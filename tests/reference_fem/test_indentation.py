@@ -2,6 +2,8 @@
 
 import math
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +12,9 @@ import meshes
 import reference_fem as rf
 from meshes.topology import structured
 from reference_fem.hertz import hertz_indentation, hertz_stiffness
+from reference_fem.statics import indentation
 from reference_fem.statics.indentation import ContactArea, contact_area, indent, mindlin_ratio
-from reference_fem.statics.tip import TipCompliance, tip_compliance
+from reference_fem.statics.tip import TipCompliance, rigid_motion, tip_compliance
 
 RADIUS = 0.0075
 MATERIAL = rf.Material(1e9, 0.4, 1400.0)
@@ -177,3 +180,30 @@ def test_bad_input_is_refused(ball: Ball) -> None:
     plane = meshes.finger_quadrilaterals(meshes.FingerGeometry((0.04,), (0.015,)), sizing)
     with pytest.raises(ValueError, match="3D"):
         tip_compliance(plane, MATERIAL, ANGLE, 1e-3)
+
+
+def test_the_penaltys_share_is_taken_off_to_first_order(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A hundred times the penalty changes the energy by 8e-4; without the share by 2e-2."""
+    tip = half_space(4e-4, 20)
+    area, energies = contact_area(tip), []
+    for factor in (200.0, 20000.0):
+        monkeypatch.setattr(indentation, "PENALTY", factor)
+        energies.append(indent(tip, area, hertz_force(4e-4)).energy_J)
+    assert energies[0] == pytest.approx(energies[1], rel=5e-3)
+
+
+def test_a_half_section_moves_as_the_whole() -> None:
+    """Its nodes off the plane of symmetry stand for two."""
+    random = np.random.default_rng(0)
+    off, moved = [3, 4, 5], random.normal(size=(6, 3))
+    points = np.column_stack([np.zeros(6), random.normal(size=6), [0, 0, 0, 1, 1, 2.0]])
+    mirror = points[off] * [1, 1, -1]
+    half: Any = SimpleNamespace(points=points, node_sets={"symmetry": np.arange(3)})
+    whole: Any = SimpleNamespace(
+        points=np.vstack([points, mirror]), node_sets={"symmetry": np.arange(0)}
+    )
+    at = np.array([0.3, -0.4, 0.0])
+    both = np.vstack([moved, moved[off]])
+    assert rigid_motion(half, np.arange(6), moved, at) == pytest.approx(
+        rigid_motion(whole, np.arange(9), both, at)
+    )

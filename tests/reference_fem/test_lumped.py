@@ -244,3 +244,24 @@ def test_impossible_taps_are_refused(flat: meshes.FingerMesh) -> None:
     sets = {k: v for k, v in flat.node_sets.items() if k != "distal_face_3"}
     with pytest.raises(ValueError, match="equator"):
         lumped(replace(flat, node_sets=sets))
+
+
+def test_one_point_lets_go_on_the_line_of_two_steps() -> None:
+    found = LumpedLaw.separation_s(None, np.array([1.0, 2.0]), np.array([3.0, 1.0]))
+    assert found == pytest.approx(2.5)
+
+
+def test_a_rolling_sphere_turns_its_section_too() -> None:
+    """The contact's stiffness is K = k c c^T, so its largest eigenvalue with M is k c^T M^-1 c."""
+    mesh = meshes.finger_hexahedra(GEOMETRY, COARSE)
+    settings = rf.Settings(contact=rf.LumpedContact(1e6))
+    law: Any = build_model(
+        mesh, (rf.Material(1e9, 0.4, 1000.0),) * 3, SURFACE, rf.Drive(), settings
+    ).contact
+    section = law.section
+    inertia = section.masses @ (section.arms**2).sum(axis=1)
+    along, up = law.radius * section.masses * section.arms.T / inertia
+    c = np.column_stack([law.weights - up, along])
+    exact = law.constants.stiffest * ((c**2).sum(axis=1) / section.masses).sum()
+    assert law.radius > 0.0
+    assert law.coupled_eigenvalue == pytest.approx(exact / law.symmetry_factor)

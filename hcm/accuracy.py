@@ -12,7 +12,6 @@ import math
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from types import MappingProxyType
 
 from hcm.bounds import ParameterError
@@ -27,12 +26,12 @@ from hcm.estimate import (
     relative_errors,
     tap_peaks,
 )
-from hcm.fall import bending_wave_stress, omitted_time
+from hcm.fall import Fall, bending_wave_stress, omitted_time
 from hcm.model import Scene
 from hcm.other_ends import open_ends, with_other_ends
 from hcm.parameters import GAUSS, Finger
 from hcm.result import Accuracy, Choice, Errors, TapResult
-from hcm.simulate import simulate_scene
+from hcm.simulate import solve_once
 from hcm.status import Status
 from hcm.stepping import Progress
 
@@ -120,18 +119,21 @@ def simulate_within(
 
 def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Attempt:
     """Solve, and judge the run if it completed and errors are wanted."""
-    settings = chosen.scene.settings
-    solve_scene = partial(simulate_scene, progress=progress)
-    alone = replace(chosen.scene, settings=replace(settings, estimate=False))
-    result = solve_scene(alone, fall=chosen.fall)
-    if not (settings.estimate and _touched(result) and result.status is Status.COMPLETED):
+
+    def solve(scene: Scene, fall: Fall | None = None) -> TapResult:
+        return solve_once(scene, progress, fall)[0]
+
+    result = solve(chosen.scene, chosen.fall)
+    if not (
+        chosen.scene.settings.estimate and _touched(result) and result.status is Status.COMPLETED
+    ):
         return _Attempt(chosen, result)
-    coarse = solve_scene(_coarser(chosen, result))
+    coarse = solve(_coarser(chosen, result))
     if coarse.status is Status.INTERRUPTED:
         return _Attempt(chosen, result.as_ended())
     result, expected = _compared(result, coarse, chosen)
     several = bool(open_ends(result))
-    result = with_other_ends(result, solve_scene)
+    result = with_other_ends(result, solve)
     if result.status is Status.INTERRUPTED:
         return _Attempt(chosen, result)
     if several:
@@ -182,8 +184,9 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
         replace(p, elements=max(_fewer(p.elements, math.sqrt(ratio)), min(p.elements, kept)))
         for p in scene.finger.phalanges
     ]
-    coarse = replace(
-        repetition_settings(settings, own),
+    coarse = repetition_settings(
+        settings,
+        own,
         flight_elements=flown,
         flight_step=min(longer * settings.flight_step, 1.0),
         flight_tolerance=min(ratio * settings.flight_tolerance, 1.0),

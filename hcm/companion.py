@@ -20,6 +20,7 @@ case two runs may agree by chance: the scene is solved once more with tolerances
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -36,19 +37,14 @@ FOLDED = 0.5
 GRAZE = 0.01
 
 
-def repetition_settings(settings: Settings, own: TapResult) -> Settings:
-    """Settings to repeat a run: one tap, without an estimate of its own errors.
+def repetition_settings(settings: Settings, own: TapResult, **changes: Any) -> Settings:
+    """Settings to repeat a run: one tap, without an estimate of its own errors; and these changes.
 
     A flight may last twice as long as the run did, as an end time may have lifted its limit.
     """
-    return replace(
-        settings,
-        max_flight_time=max(settings.max_flight_time, 2.0 * float(own.history.time_s[-1])),
-        taps=1,
-        end_time=None,
-        frame_times=(),
-        estimate=False,
-    )
+    longest = max(settings.max_flight_time, 2.0 * float(own.history.time_s[-1]))
+    repeated = {"taps": 1, "end_time": None, "frame_times": (), "estimate": False}
+    return replace(settings, **({"max_flight_time": longest} | repeated | changes))
 
 
 def rescaled_settings(settings: Settings, own: TapResult, factor: float, most: int) -> Settings:
@@ -58,8 +54,9 @@ def rescaled_settings(settings: Settings, own: TapResult, factor: float, most: i
     not more than `most`, so that a completed run is never refused for its repetition.
     """
     more = max(settings.max_steps, 4 * settings.max_steps if factor < 1.0 else 0)
-    return replace(
-        repetition_settings(settings, own),
+    return repetition_settings(
+        settings,
+        own,
         flight_step=min(settings.flight_step * factor, 1.0),
         contact_step=min(settings.contact_step * factor, 1.0),
         flight_tolerance=min(settings.flight_tolerance * factor**3, 1.0),

@@ -79,8 +79,9 @@ def held_touches(result: TapResult, until_s: float) -> Scene:
     """The scene of a run, for its first tap alone, of these touches."""
     scene = Scene(**result.given)
     most = scene.settings.max_steps
-    settings = replace(
-        repetition_settings(scene.settings, result),
+    settings = repetition_settings(
+        scene.settings,
+        result,
         tap_until=until_s,
         # another end may take more than the run had
         max_steps=max(most, min(4 * most, most_steps(scene.finger))),

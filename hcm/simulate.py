@@ -11,7 +11,7 @@ from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.division import divided, flight_elements
 from hcm.beam.outline import depth
-from hcm.bounds import ParameterError, check_kind
+from hcm.bounds import ParameterError
 from hcm.contact.build import beyond_checks
 from hcm.estimate import estimate_errors
 from hcm.fall import Fall
@@ -52,7 +52,6 @@ def simulate(
     progress: Progress | None = None,
     start: RigidStart | None = None,
     assumptions: Assumptions = PAPER,
-    fall: Fall | None = None,
 ) -> TapResult:
     """Let the finger fall from rest along -X, or from `start`, and tap the surface.
 
@@ -63,7 +62,6 @@ def simulate(
     progress : called now and then with (fraction of the run, what it is doing).
     start : rigid state to start from, its tip above the surface; None: at rest along -X at t = 0.
     assumptions : the paper's, or refinements of them.
-    fall : of the finger as rods (`hcm.fall`), if known; a rigid flight equal to it is not solved.
 
     Returns
     -------
@@ -76,28 +74,35 @@ def simulate(
         starts below the surface, or the run would need more memory or steps than allowed.
     """
     scene = Scene(finger, surface, tip, drive, settings, start, assumptions)
-    return simulate_scene(scene, progress, fall)
+    return simulate_scene(scene, progress)
 
 
-def simulate_scene(
-    scene: Scene, progress: Progress | None = None, fall: Fall | None = None
-) -> TapResult:
+def simulate_scene(scene: Scene, progress: Progress | None = None) -> TapResult:
     """`simulate` of a scene in one piece."""
+    result, left_out = solve_once(scene, progress)
+    completed = result.status is Status.COMPLETED
+    if not completed or not scene.settings.estimate or result.summary.contact_time_s is None:
+        return result
+    again = partial(simulate_scene, progress=progress)
+    return with_other_ends(estimate_errors(result, again, left_out), again)
+
+
+def solve_once(
+    scene: Scene, progress: Progress | None = None, fall: Fall | None = None
+) -> tuple[TapResult, float]:
+    """The run without its errors, and what its flight leaves out (`BeamStart`).
+
+    fall : of this finger as rods, if known; a rigid flight equal to it is not solved again.
+    """
     if progress is not None and not callable(progress):
         raise ParameterError(f"progress = {progress!r}: must be a function of (fraction, text)")
-    if fall is not None:
-        check_kind("fall", fall, Fall)
     check_scene(scene.finger, scene.surface, scene.drive)
     check_size(scene.finger, scene.settings, rods_state(scene.finger, scene.start)[1])
     started = time.perf_counter()
     model = build_model(scene)
     begun = _begin(scene, model, progress, fall)
-    result = _result(scene, model, begun, take_steps(model, begun, progress), started)
-    completed = result.status is Status.COMPLETED
-    if not completed or not scene.settings.estimate or result.summary.contact_time_s is None:
-        return result
-    again = partial(simulate_scene, progress=progress)
-    return with_other_ends(estimate_errors(result, again, begun.left_out), again)
+    taken = take_steps(model, begun, progress)
+    return _result(scene, model, begun, taken, started), begun.left_out
 
 
 def _begin(scene: Scene, model: Model, progress: Progress | None, fall: Fall | None) -> BeamStart:

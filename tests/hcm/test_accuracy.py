@@ -28,6 +28,7 @@ from hcm.fall import (
 from hcm.flight.rigid_chain import body_depth, build_rods
 from hcm.model import rigid_motion
 from hcm.parameters import STAGES
+from hcm.simulate import solve_once
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 NO_ESTIMATE = hcm.Settings(estimate=False)
@@ -300,11 +301,11 @@ def test_the_rods_fall_as_a_rigid_flight_does() -> None:
     alike = replace(rigid.settings, flight_step=1.0, flight_tolerance=RODS_TOLERANCE)
     marked = replace(fall, flight=fall.flight._replace(repeats=fall.flight.repeats + 77))
     taken, own = (
-        hcm.simulate_scene(replace(rigid, settings=alike), fall=known) for known in (marked, None)
+        solve_once(replace(rigid, settings=alike), fall=known)[0] for known in (marked, None)
     )
     assert taken.summary == own.summary
     assert taken.statistics.rejected_steps == own.statistics.rejected_steps + 77
-    other = hcm.simulate_scene(rigid, fall=fall)
+    other, _ = solve_once(rigid, fall=fall)
     assert (other.summary, other.statistics.steps) == (result.summary, result.statistics.steps)
 
 
@@ -530,16 +531,16 @@ def test_a_run_whose_second_takes_too_many_steps_is_kept() -> None:
 def test_an_unbalanced_run_whose_second_takes_too_much_is_kept(
     monkeypatch: pytest.MonkeyPatch, refused: bool
 ) -> None:
-    solve, solved = accuracy_module.simulate_scene, list[hcm.Scene]()
+    solved = list[hcm.Scene]()
 
-    def unbalanced(scene: hcm.Scene, *given: Any, **named: Any) -> hcm.TapResult:
+    def unbalanced(scene: hcm.Scene, *given: Any) -> tuple[hcm.TapResult, float]:
         solved.append(scene)
         if len(solved) == 2 and refused:
             raise hcm.ParameterError("may need 4 GiB")
         status = hcm.Status.UNBALANCED if len(solved) == 1 else hcm.Status.WORK_LIMIT
-        return replace(solve(scene, *given, **named), status=status)
+        return replace(solve_once(scene, *given)[0], status=status), 0.0
 
-    monkeypatch.setattr(accuracy_module, "simulate_scene", unbalanced)
+    monkeypatch.setattr(accuracy_module, "solve_once", unbalanced)
     result = simulate_within(1e-3, SOFT_SCENE)
     assert len(solved) == 2
     assert result.status is hcm.Status.UNBALANCED
@@ -669,11 +670,11 @@ def test_springs_that_take_hold_in_a_step_are_known_as_their_audit_is() -> None:
 def test_a_run_whose_audit_does_not_close_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
     ended = [hcm.Status.UNBALANCED]
 
-    def unbalanced_once(scene: hcm.Scene, **given: Any) -> hcm.TapResult:
-        result = hcm.simulate_scene(scene, **given)
-        return replace(result, status=ended.pop()) if ended else result
+    def unbalanced_once(scene: hcm.Scene, *given: Any) -> tuple[hcm.TapResult, float]:
+        result, left_out = solve_once(scene, *given)
+        return (replace(result, status=ended.pop()) if ended else result), left_out
 
-    monkeypatch.setattr("hcm.accuracy.simulate_scene", unbalanced_once)
+    monkeypatch.setattr(accuracy_module, "solve_once", unbalanced_once)
     result = simulate_within(1e-2, hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP))
     assert result.status is hcm.Status.COMPLETED
     assert result.accuracy is not None

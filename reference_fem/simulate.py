@@ -78,6 +78,9 @@ def simulate(
     check_optional("restart", restart, Restart)
     check_optional("companion", companion, meshes.FingerMesh)
     check_optional("compared", compared, TapResult)
+    for part in ("materials", "surface", "drive"):
+        if compared is not None and compared.given[part] != scene.given[part]:
+            raise ValueError(f"compared: its {part} is not this run's: must be of the same finger")
     if companion is not None:
         if (companion.dim, companion.phalanges) != (mesh.dim, mesh.phalanges):
             raise ValueError(

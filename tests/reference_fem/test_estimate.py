@@ -428,6 +428,9 @@ def test_a_run_on_the_companion_is_not_solved_again(estimated: rf.TapResult) -> 
                                  compared=run))  # fmt: skip
     assert found[0].errors[PEAK] == pytest.approx(estimated.errors[PEAK], rel=0.05)
     assert found[1].errors[PEAK] > 1.5 * found[0].errors[PEAK]
+    with pytest.raises(ValueError, match="compared: its surface is not this run's"):
+        rf.simulate(mesh, HARD, rf.Surface(0.1, 0.4), DRIVE, settings, None, companion=other,
+                    compared=own)  # fmt: skip
 
 
 def test_a_companion_that_cannot_start_leaves_the_run_to_its_own_edges() -> None:

@@ -78,6 +78,8 @@ def judge(
     value_error, target_error : u_S and u_D in that unit; None or infinite: not known.
     tolerance : percent of D.
     """
+    if value == target == value_error == target_error == 0.0:  # F_t without friction
+        return Verdict(0.0, 0.0, tolerance)
     percent = error_percent(value, target)
     if percent is None or target is None:
         return None
@@ -117,7 +119,7 @@ class Difference:
     @property
     def error_percent(self) -> float | None:
         """Difference in percent of the reference; negative: the model's is smaller in magnitude."""
-        return error_percent(self.reduced, self.reference)
+        return None if self.verdict is None else self.verdict.difference
 
     @property
     def verdict(self) -> Verdict | None:

@@ -44,6 +44,10 @@ def test_verdict_is_e_against_u(
     assert (verdict.judgement, verdict.check) == (judgement, check)
     assert judge(None, 1.0, *errors) is None
     assert judge(1.0, 0.0, *errors) is None
+    assert judge(0.0, 0.0, *errors) is None
+    frictionless = judge(0.0, 0.0, 0.0, 0.0, 5.0)
+    assert frictionless is not None
+    assert (frictionless.difference, frictionless.check) == (0.0, "inside")
 
 
 def test_a_smaller_magnitude_is_a_negative_difference_whatever_the_sign() -> None:

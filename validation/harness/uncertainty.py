@@ -4,6 +4,7 @@ import math
 import re
 
 DIGITS = 6  # most digits of a number, however small its error is
+UNKNOWN = 3  # digits of a number whose error is unknown
 PLAIN = 1e-4, 1e7  # sizes of numbers that are written without a power of ten
 NUMBER = re.compile(r"\b\d[\d.]*(?:e[+-]?\d+)?\b")
 
@@ -12,13 +13,13 @@ def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
     """``95.2 +- 0.4``: the error rounded up to one digit, to two if the first is a 1; with a power
     of ten outside `PLAIN`, ``1.2625e-09 +- 5e-13``.
 
-    error : absolute; None: none is stated; infinite: it is unknown, ``95.1523 +- ?``.
+    error : absolute; None: none is stated; infinite: it is unknown, ``95.2 +- ?``.
     digits : of the number if there is no error.
     """
     if error is None or error == 0.0:
         return f"{float(f'{value:.{digits}g}'):.{DIGITS}g}"
     if not math.isfinite(error):
-        return f"{value:.{DIGITS}g} +- ?"
+        return f"{value:.{UNKNOWN}g} +- ?"
     place = math.floor(math.log10(error))
     place -= error < 2.0 * 10.0**place
     least = math.floor(math.log10(abs(value))) - DIGITS + 1 if value else place

@@ -22,7 +22,7 @@ from scipy.sparse import csr_array
 from scipy.spatial import cKDTree
 
 from reference_fem.arrays import Array, Index
-from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, expected_speed, flight_block
+from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, closing_speed, flight_block
 from reference_fem.dynamics.state import LoopState, State
 from reference_fem.dynamics.step import Block, advance, lowest_gap, start_state
 from reference_fem.model import Model
@@ -54,17 +54,17 @@ class CoarseFlight:
 
         Less than one: it is time to hand over.
         """
-        gap = lowest_gap(self.to, self.on_run(state.displacement))
-        reach_s = gap / expected_speed(self.model, state)
+        reach_s = self.gap(state) / max(closing_speed(self.model, state), 1e-300)
         ahead = 0.5 * (reach_s - lead_steps * self.to.step_s) / self.model.step_s
         return int(min(FLIGHT_BLOCK, ahead))  # NaN, of a flight that diverged, gives a block
 
+    def gap(self, state: State) -> float:
+        """Lowest gap of the run's mesh in a state of the flight, m."""
+        return lowest_gap(self.to, self.on_run(state.displacement))
+
     def advanced(self, state: State, lead_steps: int) -> tuple[State, Block] | None:
         """The flight's next block, not past the time to hand over; None: that is now."""
-        steps = self.steps_ahead(state, lead_steps)
-        return flight_block(
-            self.model, state, steps, lambda after: self.steps_ahead(after, lead_steps) >= 0
-        )
+        return flight_block(self.model, state, self.steps_ahead(state, lead_steps), self.gap)
 
     def on_run(self, field: Array) -> Array:
         """Map a field (n_points, dim) of the flight's nodes to the run's; close the hinges."""

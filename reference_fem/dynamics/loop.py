@@ -10,7 +10,7 @@ from reference_fem.arrays import Progress
 from reference_fem.cautions import Evidence, cautions
 from reference_fem.coarse_flight import CoarseFlight
 from reference_fem.dynamics.energy import sample
-from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, expected_speed, flight_block
+from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, flight_block, speed_down
 from reference_fem.dynamics.guards import failure, searched
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
@@ -21,6 +21,10 @@ from reference_fem.model import Model
 from reference_fem.result import ForceRecord, Status, Summary, TapResult
 from reference_fem.settings import Settings
 from reference_fem.summary import summarize
+
+SPEED_MARGIN = 1.0
+"""Speed, m/s, added to the tip's own where it decides how far above the surface contact is searched
+for: a larger one costs searches, a smaller one looks of `flight_block`."""
 
 
 @dataclass(frozen=True)
@@ -168,17 +172,13 @@ def audit_interval(model: Model) -> int:
 
 def _advanced(model: Model, state: State, interval: int) -> tuple[State, Block]:
     """The next block; contact is searched for, in `interval` steps, where it may happen."""
-    steps = 0 if _in_reach(model, state) else FLIGHT_BLOCK
-    flown = flight_block(
-        model, state, steps, lambda after: not lowest_gap(model, after.displacement) < 0.0
-    )
+
+    def gap(of: State) -> float:
+        return lowest_gap(model, of.displacement)
+
+    soon = 2.0 * (SPEED_MARGIN + speed_down(model, state)) * FLIGHT_BLOCK * model.step_s
+    flown = flight_block(model, state, FLIGHT_BLOCK if gap(state) > soon else 0, gap)
     return flown or advance(model, state, interval, True)
-
-
-def _in_reach(model: Model, state: State) -> bool:
-    """Whether contact may happen within a flight block."""
-    gap, speed = lowest_gap(model, state.displacement), expected_speed(model, state)
-    return not gap > 2.0 * speed * FLIGHT_BLOCK * model.step_s
 
 
 def _progress(model: Model, settings: Settings, now: LoopState) -> tuple[float, str]:

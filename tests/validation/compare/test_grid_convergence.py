@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import curve_fit
 
 from validation.compare.grid_convergence import convergence, observed_order
 
@@ -122,3 +123,47 @@ def test_bad_sequences_are_refused() -> None:
         convergence((2.0, 1.0), (1.0, 1.0), 2.0)
     with pytest.raises(ValueError, match="do not fall"):
         convergence((1.0, 2.0, 3.0), (1.0, 1.0, 1.0), 2.0)
+
+
+@pytest.mark.parametrize("factor", [-1.0, 1e3, -1e-3])
+@pytest.mark.parametrize(
+    ("sizes", "values"),
+    [
+        ((4.0, 2.0, 1.0), (17.0, 5.0, 2.0)),
+        ((4.0, 2.0, 1.0), (1.0, 1.2, 1.1)),
+        ((1.0, 0.84, 0.71, 0.6, 0.5), (5.41, 5.33, 5.29, 5.23, 5.21)),
+        # of orders 2 and 1, whose limits lie further apart than both indices
+        ((1e3, 1e2, 1e1, 1.0), (1111.0, 111.0, 101.0, 100.0)),
+    ],
+    ids=["order", "spread", "fit", "contradiction"],
+)
+def test_a_numbers_unit_and_sign_are_none_of_its_convergence(
+    sizes: tuple[float, ...], values: tuple[float, ...], factor: float
+) -> None:
+    one, other = (convergence(sizes, [f * v for v in values], 2.0) for f in (1.0, factor))
+    assert (other.asymptotic, other.fitted) == (one.asymptotic, one.fitted)
+    assert other.order == pytest.approx(one.order)
+    assert other.limit == pytest.approx(factor * one.limit)
+    assert other.uncertainty == pytest.approx(one.uncertainty)
+    assert other.spread == pytest.approx(one.spread)
+
+
+def test_a_fits_uncertainty_is_its_trend_its_scatter_and_what_the_finest_is_off() -> None:
+    """Beside SciPy's fit of limit, slope and order: F_s |a| h^p + s + |r| of the finest."""
+    sizes = np.array([1.0, 0.84, 0.71, 0.6, 0.5, 0.42])
+    values = 5.0 + 0.4 * sizes**1.2 + 0.01 * np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.5])
+    found = convergence(sizes.tolist(), values.tolist(), 2.0)
+
+    def trend(h: np.ndarray, limit: float, slope: float, order: float) -> np.ndarray:
+        return limit + slope * h**order
+
+    (_, _, order), _ = curve_fit(trend, sizes, values, (5.0, 0.4, 1.0))
+    assert found.fitted
+    assert found.order == pytest.approx(order, abs=0.005)  # half a step of its search
+    power = sizes**found.order
+    slope, limit = np.polyfit(power, values, 1)
+    left = values - limit - slope * power
+    scatter = np.sqrt(left @ left / (sizes.size - 3))
+    assert found.limit == pytest.approx(limit, rel=1e-9)
+    whole = 3.0 * slope * power[-1] + scatter + abs(left[-1])
+    assert found.error == pytest.approx(whole, rel=1e-9)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from tests.validation.commands import Make
-from validation.compare.iso18571 import iso18571, rate_forces
+from validation.compare.iso18571 import Rating, iso18571, rate_forces
 
 TIME = np.linspace(0.0, 1.0, 301)
 PULSE = np.sin(np.pi * np.clip((TIME - 0.2) / 0.6, 0, 1)) ** 2
@@ -71,3 +71,12 @@ def test_forces_are_aligned_at_contact(make_record: Make) -> None:
     # Error of the slope 70/64 - 1 of 2 allowed.
     assert larger.slope == pytest.approx(1 - (70 / 64 - 1) / 2, abs=1e-3)
     assert rate_forces(make_record(), make_record(summary={})) is None
+
+
+@pytest.mark.parametrize(
+    ("score", "grade"),
+    [(0.95, "excellent"), (0.93, "good"), (0.81, "good"), (0.79, "fair"), (0.59, "fair"),
+     (0.57, "poor")],
+)  # fmt: skip
+def test_grades_are_the_standards(score: float, grade: str) -> None:
+    assert Rating(score, score, score, score).grade == grade

@@ -4,6 +4,7 @@ import pytest
 from tests.validation.commands import Make
 from validation.compare.claims import find
 from validation.compare.differences import error_percent, spread
+from validation.compare.force_curves import contact_curve
 from validation.compare.sprague_geers import compare_forces, sprague_geers
 from validation.harness.quantities import COMPARED, quantity
 
@@ -106,3 +107,34 @@ def test_quantities_read_what_they_say(make_record: Make) -> None:
     assert quantity("tip_velocity_y_m_per_s").read(run) == -1.65
     empty = make_record(summary={})
     assert all(entry.read(empty) is None for entry in COMPARED)
+
+
+def test_steps_weigh_by_their_length() -> None:
+    """The constant and the ramp of `test_hand_computed_curves` on steps that grow."""
+    time = TIME**2
+    result = sprague_geers(time, np.ones_like(time), time)
+    assert result.magnitude == pytest.approx(np.sqrt(3) - 1, rel=1e-5)
+    assert result.phase == pytest.approx(1 / 6, rel=1e-5)
+
+
+def test_the_window_reaches_to_the_later_separation(make_record: Make) -> None:
+    """sin(pi x) up to x = 1 against sin(pi x/2) up to 2: psi are 1/2, 1 and 4/(3 pi)."""
+    brief, long = make_record(), make_record(duration=4e-4)
+    phase = np.arccos(4 / (3 * np.pi) / np.sqrt(0.5)) / np.pi
+    for computed, reference, ratio in ((brief, long, 0.5), (long, brief, 2.0)):
+        found = compare_forces(computed, reference)
+        assert found is not None
+        assert found.magnitude == pytest.approx(np.sqrt(ratio) - 1, abs=1e-5)
+        assert found.phase == pytest.approx(phase, abs=1e-5)
+
+
+def test_a_force_is_zero_beyond_its_own_steps(make_record: Make) -> None:
+    """A record may end in contact, at its last step with force."""
+    whole = make_record()
+    cut = make_record(history={name: of[400:1200] for name, of in whole.history.items()})
+    time = cut.history["time_s"][[0, -1]] - whole.summary["contact_time_s"]
+    at = [time[0] - 1e-6, time[0], time[1], time[1] + 1e-6]
+    first, last = cut.history["normal_force_N"][[0, -1]]
+    assert min(first, last) > 1.0
+    found = contact_curve(cut, "normal_force_N", np.array(at))
+    assert found == pytest.approx([0.0, first, last, 0.0], rel=1e-9)

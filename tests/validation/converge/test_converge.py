@@ -13,9 +13,9 @@ import pytest
 import reference_fem
 from reference_fem.cautions import SPIKED
 from tests.validation.commands import Run
-from validation.compare.grid_convergence import Convergence
+from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.command import run_converge
-from validation.converge.refinement_runs import KEPT
+from validation.converge.refinement_runs import KEPT, LevelRuns
 from validation.converge.refinements import (
     PENALTY,
     SHAFT_MESH,
@@ -24,8 +24,9 @@ from validation.converge.refinements import (
     check_given,
     refinements,
 )
-from validation.converge.verdicts import preset_rows
+from validation.converge.verdicts import preset_rows, verdict_rows
 from validation.errors import UserError
+from validation.harness import store
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.store import VALUES
 from validation.models import solid_inputs
@@ -158,3 +159,26 @@ def test_plane_study_is_written_and_resumed(tmp_path: Path) -> None:
     assert math.isfinite(value)
     run_converge("soft", model="fem2d", quick=True, out=tmp_path)
     assert [path.stat().st_mtime_ns for path in kept] == times
+
+
+def test_a_verdicts_row_is_in_percent_of_its_number() -> None:
+    """17, 5, 2 = 1 + h^2: limit 1, GCI 1.25 (5 - 2)/(2 (2^2 - 1)), spread (17 - 2)/2."""
+    found = convergence((4.0, 2.0, 1.0), (17.0, 5.0, 2.0), 2.0)
+    (row,) = verdict_rows({(TIP_MESH, OF_A_TAP[0]): found})
+    shown = [row[f"{name}_percent"] for name in ("uncertainty", "spread", "from_limit")]
+    assert shown == pytest.approx([62.5, 750.0, 100.0])
+
+
+def test_a_levels_result_belongs_to_the_impact_state_it_starts_from() -> None:
+    """A key that a level sets itself changes the state alone, and gave the other scene's result."""
+    asked: list[str] = []
+
+    class Asked(store.Store):
+        def obtain(self, inputs: Any, kind: Any, compute: Any) -> Any:
+            asked.append(store.key(inputs))
+            return {}
+
+    for size in (5e-4, 1e-3):
+        runs = LevelRuns("soft", [f"solver.fem.tip_size={size}"], "fem3d", Asked(None))
+        runs.run({"solver.fem.tip_size": 8e-4})
+    assert asked[0] != asked[1]

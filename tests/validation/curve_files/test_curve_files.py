@@ -750,3 +750,16 @@ def test_validate_takes_files_for_scenes(fingertap: Run, tmp_path: Path) -> None
     )
     assert all(note.startswith("soft, a.csv: ") for note in plan.notes)
     assert "is not a file" in fingertap("validate", "soft", "--reference", "none.csv").refusal
+
+
+def test_a_threshold_of_half_a_body_is_doubled_with_its_forces(read: Read) -> None:
+    text = half_sine(np.linspace(0.5, 2.5, 2001), 0.01)
+    half, whole = (
+        read(text, f"half_model = {of}\nthreshold_N = 5.0").record for of in ("true", "false")
+    )
+    for name in ("contact_time_s", "contact_duration_s"):
+        assert half.summary[name] == pytest.approx(whole.summary[name], rel=1e-12)
+        assert half.errors[name] == pytest.approx(whole.errors[name], rel=1e-12)
+    for name in ("peak_normal_force_N", "normal_impulse_N_s"):
+        assert half.summary[name] == pytest.approx(2.0 * whole.summary[name], rel=1e-12)
+        assert half.errors[name] == pytest.approx(2.0 * whole.errors[name], rel=1e-12)

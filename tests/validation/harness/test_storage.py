@@ -16,6 +16,7 @@ from validation.harness.processes import CrashedError, call_isolated, peak_memor
 from validation.harness.quantities import unit_of
 from validation.harness.record import RunRecord, plain
 from validation.harness.run_files import Fields, write_fields, write_run
+from validation.harness.store import NO_STORE, key
 from validation.models.adapter import Outcome
 from validation.runs import execute
 from validation.runs.execute import Job, in_fresh_process, keep
@@ -180,3 +181,12 @@ def test_an_exception_in_a_process_is_a_crash() -> None:
     with pytest.raises(CrashedError, match="exit code 1"):
         call_isolated(int, "no number")
     assert call_isolated(int, "7") == 7
+
+
+def test_a_memory_of_its_own_is_not_that_of_a_shared_process(tmp_path: Path) -> None:
+    """The peak of a process that has run other jobs was given for the job's own."""
+    job = Job("soft", "hcm")
+    own, shared = (execute._task(job, tmp_path, NO_STORE, first).inputs for first in (True, False))
+    assert own is not None
+    assert shared is not None
+    assert key(own) != key(shared)

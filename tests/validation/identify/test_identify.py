@@ -202,3 +202,9 @@ def test_identified_contact_of_the_soft_finger() -> None:
     # the closed form, and what its own statics are known to
     for key, wanted, known in (("nn", -0.15, 0.06), ("nt", 0.34, 0.05), ("tt", 1.6, 0.15)):
         assert abs(found.tip_compliance[f"tip.compliance_{key}"][-1] - wanted) < known
+
+
+@pytest.mark.usefixtures("springs")
+def test_a_scenes_eta_squared_is_its_normal_over_its_tangential_stiffness() -> None:
+    scene = load_scene("soft", ("finger.elements=5", "tip.tangential_ratio=0.8"))
+    assert identify.identify_contact(scene).scene_eta_squared == pytest.approx(1.25)

@@ -21,7 +21,7 @@ from validation.harness.identity import program
 from validation.harness.provenance import installed
 from validation.harness.run_files import Fields
 from validation.models.adapter import Outcome
-from validation.models.curves import Curves, record_of, tap_scalars
+from validation.models.curves import Curves, record_of, tap_scalars, touches_of_tap
 from validation.models.solid import Solid
 from validation.peers import exudyn_model
 from validation.scenes.load import changed_scene, load_scene
@@ -346,3 +346,12 @@ def test_scalars_that_contradict_the_curves_are_said() -> None:
     assert "= nan is used" in record_of(nothing, scene, "mine").message
     dragged = replace(half_sine(), tangential_force_N=0.6 * half_sine().normal_force_N)
     assert "reaches 0.6 of normal_force_N" in record_of(dragged, scene, "mine").message
+
+
+def test_a_touch_is_of_the_tap_by_how_long_that_lasts_so_far() -> None:
+    """10 s, then after 15 s a touch of 1 s, after 40 s another: within 2 x 10 s and 2 x 26 s."""
+    time = np.arange(120.0)
+    touches = np.zeros(time.size, dtype=bool)
+    for first, after in ((1, 11), (26, 27), (67, 68)):
+        touches[first:after] = True
+    assert touches_of_tap(time, touches) == (1, 68, 3, 3)

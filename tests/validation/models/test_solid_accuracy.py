@@ -16,7 +16,7 @@ from validation.errors import UserError
 from validation.harness.record import RunRecord
 from validation.models import solid, solid_accuracy, solid_inputs, solid_mesh
 from validation.models.adapter import Outcome
-from validation.models.solid_accuracy import solved_within
+from validation.models.solid_accuracy import accuracy_record, solved_within
 from validation.runs.execute import solve
 from validation.scenes.load import NamedScene, load_scene
 
@@ -485,3 +485,20 @@ def test_what_is_refused_beside_an_accuracy_is_refused_as_it_was_stated() -> Non
     asked = ["solver.accuracy=0.01", "solver.fem.preset=fast"]
     with pytest.raises(UserError, match=r"solver.accuracy = 0.01 would"):
         solve(load_scene("soft", asked), "fem3d", None)
+
+
+def test_an_accuracys_choices_are_those_of_the_run() -> None:
+    """A finger that lies has no halvings; the largest of the phalanges' dampings is told."""
+    tables = load_scene("soft", ["solver.fem.accuracy=1e-2"]).tables
+    sizing, _ = solid_mesh.sizing_of(tables, 3)
+    materials, *_, settings = solid_inputs.solid_parts(tables)
+    damped = tuple(
+        replace(one, relaxation_time=time)
+        for one, time in zip(materials, (0.0, 2e-9, 1e-9), strict=True)
+    )
+    record = RunRecord("soft", "fem3d", "", "COMPLETED", True, "", summary={})
+    for angle, halvings in ((0.5, "2"), (1.57, "0")):
+        of = replace(sizing, halvings=2, contact_angle=angle)
+        told = accuracy_record(tables, of, (settings, damped), record)
+        by = {choice["setting"]: choice["value"] for choice in told["choices"]}
+        assert (by["halvings"], by["relaxation_time"]) == (halvings, "2e-09")

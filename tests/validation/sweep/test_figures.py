@@ -10,8 +10,8 @@ import xarray
 from matplotlib import pyplot as plt
 
 from validation.harness.quantities import quantity
-from validation.sweep.dataset import Pair, differences
-from validation.sweep.figures import draw_distribution, draw_parity
+from validation.sweep.dataset import Output, Pair, differences
+from validation.sweep.figures import draw_distribution, draw_map, draw_parity
 
 PAIR = Pair(0, 1, "own against base")
 OWN, BASE = (1.106, -0.6, 40.0, 2.0), (-0.867, -0.5, 50.0, 2.0)  # stresses, MPa
@@ -65,3 +65,29 @@ def test_labels_of_differences_do_not_run_together(highest: float, tmp_path: Pat
     assert len(boxes) > 1
     for left, right in itertools.pairwise(boxes):
         assert left.x1 + 0.5 * left.height < right.x0
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_bars_and_names_are_of_their_own_axis(tmp_path: Path) -> None:
+    data = swept((1.0, 1.1))
+    errors = (("scene", "model"), np.array([[0.1, 0.3], [0.2, 0.4]]))
+    draw_parity(
+        tmp_path / "p.png", data.assign(normal_impulse_N_s_error=errors), PAIR, ["own", "base"]
+    )
+    _, axis, *_ = plt.gcf().axes
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("base", "own")
+    _, _, (across, up) = axis.containers[0].lines
+    ends = [np.ptp(np.array(bars.get_segments()), axis=1) for bars in (across, up)]
+    assert ends[0] == pytest.approx(np.array([[600.0, 0.0], [800.0, 0.0]]))  # mN s, base's
+    assert ends[1] == pytest.approx(np.array([[0.0, 200.0], [0.0, 400.0]]))
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_maps_axis_is_as_its_points_are_drawn(tmp_path: Path) -> None:
+    columns = {
+        "material.youngs_modulus": np.geomspace(1e7, 1e11, 9),
+        "surface.friction": np.linspace(0.01, 1.2, 9),
+    }
+    draw_map(tmp_path / "m.png", columns, Output("a", "b", np.arange(9.0), signed=False))
+    axis = plt.gcf().axes[0]
+    assert (axis.get_xscale(), axis.get_yscale()) == ("log", "linear")

@@ -195,3 +195,13 @@ def test_an_error_that_nobody_knows_is_infinite(tmp_path: Path) -> None:
     assert (data["tip_velocity_y_m_per_s_error"].values == 0.1).all()
     assert dataset.solved(None).status == dataset.NOT_SOLVED
     assert math.isnan(dataset.solved(None).spent_s)
+
+
+def test_what_lies_within_both_errors_together_is_not_beyond(tmp_path: Path) -> None:
+    """1.2 N is more than either 1 N, and 25 N of 75 less than 28.3 N, but not so of 50 N."""
+    plan, _, data = swept(tmp_path)
+    name = "peak_normal_force_N"
+    off = data[name].copy(data=[[101.2, 0, 100], [75, 0, 50], [201.5, 0, 200], [1, 0, 1]])
+    known = data[name].copy(data=[[1.0] * 3, [20.0] * 3, [1.0] * 3, [1.0] * 3])
+    (row, *_) = table(data.assign({name: off, f"{name}_error": known}), pairs(plan))
+    assert row["beyond both stated errors (%)"] == pytest.approx(100.0 / 3.0)  # 1.5 N alone

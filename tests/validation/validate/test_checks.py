@@ -10,7 +10,7 @@ import pytest
 import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
-from validation.compare.differences import differences_of, judge, thousands_apart
+from validation.compare.differences import Verdict, differences_of, judge, thousands_apart
 from validation.harness.record import RunRecord
 from validation.models.hcm import hcm_scene
 from validation.models.solid_mesh import sizes_of
@@ -263,3 +263,9 @@ def test_what_is_compared_and_what_with_is_measured(
     between = make_record(model="hcm", variant="refined but shear")
     runs = Runs((*own, between), plan_of(("soft",), models, reference, ""))
     assert runs.measured() == own
+
+
+def test_a_difference_that_is_known_to_just_the_tolerance_is_judged() -> None:
+    assert Verdict(1.0, 2.0, 2.0).check == "inside"
+    assert Verdict(3.0, 2.0, 2.0).check == "outside"
+    assert Verdict(3.0, 2.0001, 2.0).check == "cannot tell"

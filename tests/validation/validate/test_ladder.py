@@ -1,18 +1,21 @@
 """The ladder: the common impact state, its rows, rung 2 on both bodies, the identified contact."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import reference_fem
 from tests.validation.commands import Make, Patch
 from tests.validation.validate.test_page import cause_of
 from validation.converge.verdicts import preset_uncertainties, study_of
 from validation.errors import RunFailedError, UserError
 from validation.harness.files import write_json
 from validation.harness.record import RunRecord
+from validation.harness.store import Store
+from validation.identify.contact import MESHES, ContactIdentification, identify_contact
 from validation.models.impact import impact_of
 from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import NamedScene, load_scene
@@ -38,8 +41,10 @@ from validation.validate.ladder.rungs import (
     uncertainties,
 )
 from validation.validate.ladder.runs import (
+    Contact,
     LadderRuns,
     full_contact,
+    lumped_solid,
     reduced,
     scene_contact,
     touching_meshes,
@@ -363,3 +368,104 @@ def test_what_a_solid_refuses_costs_the_ladder_one_scene() -> None:
     scene = load_scene("soft", ["solver.fem.preset=converged", "solver.fem.accuracy=0.01"])
     with pytest.raises(UserError, match=r"solver\.fem\.preset = 'converged'"):
         LadderRuns().obtain(full_contact, scene, None, "refused")
+
+
+TIP = ContactIdentification(
+    scene="soft", force_N=90.0, normal_stiffness_N_per_m=2e5, eta_squared=1.25, stiffness=None,
+    ratio=None, hertz_N_per_m=2e5, mindlin_eta_squared=1.2, scene_normal_stiffness_N_per_m=1e5,
+    scene_eta_squared=1.0, touch_angle_deg=30.0, round_touch_angle_deg=30.0, levels=(),
+    tip_compliance={}, curve={}, cautions=(),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Asked(LadderRuns):
+    """A half sine in the place of each run; keeps what was asked for, by the run's function.
+
+    solids : peaks and numbers of elements of the solids' runs, in turn; then 64 N of 4,000.
+    """
+
+    make: Make = RunRecord
+    solids: list[tuple[float, int]] = field(default_factory=list)
+    asked: list[tuple[str, tuple[Any, ...]]] = field(default_factory=list)
+
+    def obtain(self, simulate: Any, scene: NamedScene, *given: Any, **named: Any) -> RunRecord:
+        self.asked.append((simulate.__name__, given))
+        if simulate is reduced:
+            return self.make(scene.name)
+        peak, count = self.solids.pop(0) if self.solids else (64.0, 4000)
+        return self.make(scene.name, "fem3d", peak=peak).with_summary(elements=count)
+
+    def contacts(self, name: str) -> list[Contact]:
+        """The lumped laws that a function was asked to run with."""
+        return [given[0] for asked, given in self.asked if asked == name]
+
+
+def test_a_structures_edges_are_the_cube_roots_of_its_numbers_of_elements(
+    make_record: Make,
+) -> None:
+    """64 + h^2 on meshes of 8 times the elements each: a GCI of 1.25/65 of the second order."""
+    solids = 2 * [(80.0, 1000), (68.0, 8000), (65.0, 64000)]
+    scene = load_scene("soft")
+    rows = structure_rung(scene, impact_of(scene), True, Asked(make=make_record, solids=solids))
+    peak = next(row for row in rows if row.quantity == f"peak Fn (N), {SAME}")
+    assert peak.reference_uncertainty == pytest.approx(1.25, rel=1e-6)
+
+
+def test_rung_three_takes_the_identified_law_and_the_studys_error_bars(make_record: Make) -> None:
+    scene = load_scene("soft")
+    runs = Asked(make=make_record)
+    stored = {"peak_normal_force_N": 0.25, "contact_time_s": 0.5}
+    rows, *_ = rungs.contact_rung("soft", scene, impact_of(scene), TIP, stored, False, runs)
+    assert runs.contacts("reduced") == [Contact(2e5, 0.8)] * 2
+    by_name = {row.quantity: row for row in rows}
+    for start in (SAME, OWN):
+        assert by_name[f"peak Fn (N), {start}"].reference_uncertainty == 16.0  # 0.25 of 64 N
+    # the meshes all begin at the impact: what they agree on is not how well the arrival is known
+    assert by_name[f"time of first contact (ms), {OWN}"].reference_uncertainty is None
+
+
+def test_causes_change_one_thing_each(make_record: Make) -> None:
+    scene = load_scene("soft")
+    runs = Asked(make=make_record)
+    steps = rungs.causes(scene, impact_of(scene), TIP, make_record(model="fem3d"), runs)
+    linear, hertz = Contact(2e5, 0.8), Contact(2e5, 0.8, 90.0)
+    assert runs.contacts("reduced") == [linear]
+    assert runs.contacts("lumped_solid") == [linear, linear, hertz]
+    ends = [given[3:] for asked, given in runs.asked if asked == "lumped_solid"]
+    assert ends == [(), ("hemisphere",), ("hemisphere",)]
+    assert len(steps) == 5
+
+
+@pytest.mark.parametrize(("hertz_force", "restitution"), [(None, 0.5), (90.0, 1.0)])
+def test_a_lumped_law_after_hertz_has_no_losses(
+    hertz_force: float | None, restitution: float, monkeypatch: Patch
+) -> None:
+    laws = []
+
+    def simulate(*given: Any, **named: Any) -> None:
+        laws.append(given[4].contact)
+        raise RunFailedError("seen")
+
+    monkeypatch.setattr(reference_fem, "simulate", simulate)
+    scene = load_scene("soft", ["tip.restitution=0.5"])
+    with pytest.raises(RunFailedError, match="seen"):
+        lumped_solid(scene, Contact(2e5, 0.8, hertz_force), None, (0.2, 0.3))
+    assert [law.restitution for law in laws] == [restitution]
+
+
+def test_an_identification_on_one_mesh_is_not_that_on_three(
+    monkeypatch: Patch, tmp_path: Path
+) -> None:
+    asked = []
+
+    def identified(scene: NamedScene, meshes: tuple[Any, ...]) -> ContactIdentification:
+        asked.append(len(meshes))
+        return TIP
+
+    identified.__module__ = identify_contact.__module__
+    monkeypatch.setattr(ladder_module, "identify_contact", identified)
+    for meshes in (MESHES[:1], MESHES, MESHES[:1]):
+        found = ladder_module.identify(load_scene("soft"), meshes, Store(tmp_path))
+        assert found == TIP
+    assert asked == [1, 3]

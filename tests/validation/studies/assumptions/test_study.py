@@ -382,3 +382,13 @@ def test_stored_references_are_found_again(fingertap: Run, tmp_path: Path) -> No
     ended = fingertap("study", "--again", 2, "--workers", 1, "--out", tmp_path)
     assert ended.code == 0
     assert ended.out.count("differs by") == 2
+
+
+def test_a_rules_share_is_of_the_half_that_it_was_not_fitted_on() -> None:
+    """Of friction up to 1 the first half has 0 to 0.5: the second's rule holds for all of it."""
+    table = pd.DataFrame(points(2) * 32)
+    table["surface.friction"] = np.linspace(0.0, 1.0, len(table))
+    moved = np.array([np.where(table["surface.friction"] < 0.75, 0.0, 9.0)])
+    (row, *_) = rules(table, moved, ["one"], {}).to_dict("records")
+    # fitted on the first half: every x; on the second one: mu < 0.75, so all of the first
+    assert row["of these wrongly (%)"] == pytest.approx(100.0 * 16 / 64, abs=2.0)

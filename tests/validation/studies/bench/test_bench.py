@@ -6,6 +6,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from tests.validation.commands import Capture, Patch
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.provenance import provenance
 from validation.harness.store import Store
-from validation.harness.timing import shortest
+from validation.harness.timing import Timed, shortest
 from validation.peers.bar import SIZE_M, box
 from validation.scenes.load import load_scene
 from validation.studies.bench import (
@@ -352,3 +353,19 @@ def test_every_array_counts_once() -> None:
     assert kernels.array_bytes(held, other, held) == 8000 + 40
     assert kernels.array_bytes(3.0, "text") == 0
     assert kernels.array_bytes(whole[5:6]) == 8000
+
+
+def test_a_point_that_was_timed_for_less_is_timed_again(monkeypatch: Patch, tmp_path: Path) -> None:
+    """The shortest of a tenth of a second's runs was given for that of ten seconds'."""
+    budgets = []
+
+    def measured(setting: Setting, solver: Solver, budget_s: float, warm_up: bool) -> Any:
+        budgets.append(budget_s)
+        return Timed(Solution("COMPLETED", None), 1.0, 3)
+
+    monkeypatch.setattr(work_precision, "measure_setting", measured)
+    setting = hcm_settings.hcm_setting("tap", "tolerances", 2, {})
+    for budget in (0.1, 10.0, 0.1):
+        store, solver = Store(tmp_path), hcm_settings.HCM_SOLVER
+        measure_settings([setting], solver, budget, store, lambda share, text: None)
+    assert budgets == [0.1, 10.0]

@@ -166,3 +166,25 @@ def test_an_accuracy_that_no_run_can_keep_is_refused(accuracy: float, tmp_path: 
     with pytest.raises(UserError, match=r"solver\.accuracy = .*: must be"):
         calibrate(scenes=1, accuracy=accuracy, out=tmp_path)
     assert not list(tmp_path.iterdir())
+
+
+def test_the_worst_miss_comes_first_in_percent() -> None:
+    """Relative errors of 100 N: 1 and 5 %, 0.5 and 20 %."""
+    listed = misses(numbers_of(rows((1.0, 5.0), (0.5, 20.0))))
+    shown = [[row[name] for name in ("scene", "stated (%)", "true (%)")] for row in listed]
+    assert shown == [pytest.approx([1, 0.5, 20.0]), pytest.approx([0, 1.0, 5.0])]
+
+
+def test_medians_are_of_stated_over_true() -> None:
+    found = table(numbers_of(rows((2.0, 1.0), (4.0, 1.0), (3.0, 0.5))))[-1]
+    assert found["stated / true, median"] == pytest.approx(4.0)
+    assert found["true error, median (%)"] == pytest.approx(1.0)
+
+
+def test_a_run_keeps_its_accuracy_in_the_worst_of_its_numbers() -> None:
+    names = list(ACCURACY_QUANTITIES)
+    numbers = dict.fromkeys(names, (0.0, 1e-3, 1.0)) | {names[-1]: (0.0, 0.05, 1.0)}
+    result = {"status": "COMPLETED", "numbers": numbers, "expected": None, "caution": "",
+              "tight_caution": "", "seconds": (1.0, 1.0)}  # fmt: skip
+    found = accuracy_kept([(0, case("hcm", 0, 1e-2), result)])[-1]
+    assert (found["within (%)"], found["largest"]) == pytest.approx((0.0, 5.0))

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ import pytest
 import reference_fem
 from tests.validation.commands import Patch, Run
 from validation.harness.figures import panels
-from validation.harness.store import Store
+from validation.harness.store import Store, key
 from validation.models.adapter import Progress
 from validation.studies.evidence import (
     ball,
@@ -375,3 +376,31 @@ def test_the_meshed_ball_is_hertzs_to_its_patch() -> None:
     largest = 4 / 3 / (1 - 0.3**2) * depth**1.5
     # a/R is 0.13: a ball is stiffer than its half-space by some 0.25 a/R, to the power 2/5
     assert bounce.force.max() == pytest.approx(largest, rel=0.04)
+
+
+def test_springs_without_friction_have_a_tap_of_their_own() -> None:
+    """Whatever element CalculiX took, ours is one; another friction is another tap."""
+    asked: list[str] = []
+
+    class Asked(Store):
+        def obtain(self, inputs: Any, kind: Any, compute: Any) -> Any:
+            asked.append(key(inputs))
+
+    names = ("tap-soft", "tap-soft-incompatible", "tap-frictionless-incompatible")
+    for name in (*names, "tap-soft-penalty", "tap-hard"):
+        taps.reference_tap(taps.TAPS[name], Asked(None))
+    assert asked[0] == asked[1]
+    assert len(set(asked)) == 4
+
+
+def test_a_measured_balls_losses_are_known_to_their_whole_share() -> None:
+    """Half of what the restitution takes of the spin: (1 - e)/2 of it, percent by percent."""
+    shallow = [
+        row for row in measured_ball.rows(lambda share, text: None, Store(None)) if row.unit == "1"
+    ]
+    assert shallow
+    lost = 50.0 * (1.0 - measured_ball.RESTITUTION)
+    for row in shallow:
+        assert row.ours is not None
+        assert row.ours_error is not None
+        assert 100.0 * row.ours_error / row.ours == pytest.approx(lost)

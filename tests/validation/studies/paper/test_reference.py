@@ -2,8 +2,11 @@
 
 import pytest
 
+from tests.validation.commands import Make
+from validation.compare.claims import read_claims
 from validation.harness.record import RunRecord
 from validation.scenes.load import load_scene
+from validation.studies.paper.case_runs import Case, CaseRun
 from validation.studies.paper.validation_findings import (
     COARSE,
     CONVERGED,
@@ -12,6 +15,7 @@ from validation.studies.paper.validation_findings import (
     VARIANTS,
     penalty_for,
     sensitivity,
+    validation_findings,
     value_of,
 )
 
@@ -49,3 +53,22 @@ def test_sensitivity_quotes_the_runs_that_were_made() -> None:
 def test_sensitivity_says_nothing_of_runs_that_failed() -> None:
     assert sensitivity({JUDGED: {"hard": _record(180.0)}}, "hard", PEAK, 170.0) == ""
     assert value_of({}, JUDGED, "hard", PEAK) is None
+
+
+def test_durations_and_gaps_are_in_the_units_of_their_claims(make_record: Make) -> None:
+    """Figs. 7 and 9: peaks of 64 and 63 N in 0.2 and 0.3 ms."""
+    found = validation_findings(
+        {
+            name: CaseRun(Case(name, scene), make_record(scene, peak=peak, duration=time), (), ())
+            for name, scene, peak, time in (
+                ("hard", "hard", 64.0, 2e-4), ("hard N=15", "hard", 63.0, 2e-4),
+                ("soft", "soft", 64.0, 3e-4), ("soft N=15", "soft", 63.5, 3e-4),
+            )
+        },
+        {},
+    )  # fmt: skip
+    claims = read_claims()
+    for id_, value in (("F9.1", 0.2), ("F9.2", 0.3)):
+        assert claims[id_].unit == "ms"
+        assert found[id_].value == pytest.approx(value)
+    assert [found[f"F7.{n}"].value for n in (1, 2)] == [False, True]  # 1/64 and 0.5/64

@@ -38,7 +38,7 @@ def test_wiggles_and_wrong_orders_are_not_asymptotic() -> None:
     assert wiggle.uncertainty == pytest.approx(0.2 / 1.1)
     assert "not asymptotic" in wiggle.verdict
     assert not convergence((4.0, 2.0, 1.0), (1.0, 1.1, 1.2), 2.0).asymptotic  # order 0
-    # Four levels: the three before the finest must point to the same limit.
+    # Four levels: the three before the finest must have an order too.
     values = [1.0 + h**2 for h in (0.4, 0.2, 0.1)]
     assert convergence((0.8, 0.4, 0.2, 0.1), [1.64, *values], 2.0).asymptotic
     astray = convergence((0.8, 0.4, 0.2, 0.1), [0.5, *values], 2.0)
@@ -132,10 +132,10 @@ def test_bad_sequences_are_refused() -> None:
         ((4.0, 2.0, 1.0), (17.0, 5.0, 2.0)),
         ((4.0, 2.0, 1.0), (1.0, 1.2, 1.1)),
         ((1.0, 0.84, 0.71, 0.6, 0.5), (5.41, 5.33, 5.29, 5.23, 5.21)),
-        # of orders 2 and 1, whose limits lie further apart than both indices
+        # of orders 2 and 1
         ((1e3, 1e2, 1e1, 1.0), (1111.0, 111.0, 101.0, 100.0)),
     ],
-    ids=["order", "spread", "fit", "contradiction"],
+    ids=["order", "spread", "fit", "two orders"],
 )
 def test_a_numbers_unit_and_sign_are_none_of_its_convergence(
     sizes: tuple[float, ...], values: tuple[float, ...], factor: float

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     import reference_fem
 
 LEAD_S = 1e-6  # before the touch: both models start just above the surface
+LEAD_SHARE = 1e-4  # largest share of the fall that this may be
 CLEARANCE = 2e-4  # over tip radius: meshes put a sphere's lowest node up to h^2/8R too high
 
 
@@ -83,7 +84,7 @@ def impact_of(scene: NamedScene) -> Impact:
             f"scene {scene.name}: the tip does not reach the surface within {patience:g} s; "
             "lower surface.height or drive it harder"
         )
-    state = state_at(touch - LEAD_S)
+    state = state_at(touch - min(LEAD_S, LEAD_SHARE * (touch - first.time_s)))
     radius = 0.5 * float(diameters[-1])
     last = float(state.angles[-1])
     lowest = float(lengths @ np.sin(state.angles)) + radius * (1.0 - np.sin(last))

@@ -6,7 +6,8 @@ touches or a chain whirls chaotically, the true shape may come to another touch,
 known about the tap. After a rigid flight the steps before the touch change the speed too: the tip
 falls freely until a wave arrives from its hinge. What a rigid flight omits (`elastic_response`) is
 estimated by a flight that starts with phalanges turned by their bending angle, and from the speed
-at which they ring; in a coarse flight they ring with an arbitrary phase.
+at which they ring; in a coarse flight they ring with an arbitrary phase. A flight of elements omits
+the share of the bending that its cells miss, which a whirl magnifies as well.
 
 The numbers depend on the speed at contact: F ~ v^6/5, t ~ v^-1/5 (Hertz), impulse ~ v. An omitted
 vibration of speed V continues in the tap: times change by V/v too, and bending waves have a stress
@@ -40,6 +41,9 @@ STRETCHING_ERROR = 0.016
 """Relative error of a phalanx's first axial frequency over the square of its cells' length over its
 diameter: (π/2n)²/24 of n elements; 0.1 % at a quarter (measured)."""
 
+COARSE_SECTION = 0.25
+"""Cells of a coarse flight over the diameter, as `simulate`'s callers choose them. Of bending, n
+cells across miss 1/n^2: that of their second moment of area by the midpoint rule."""
 # Tolerance of the true shape's flight: ten times the run's own, so that a flight which magnifies
 # differences shows by how much, but too small for steps that pass over a touch.
 TOLERANCE = 1e-10
@@ -127,33 +131,33 @@ def omitted_motion(
     flight: Flight, how: str, drive: Drive, geometry: meshes.FingerGeometry,
     materials: Sequence[Material], approach_speed: float, section: float = math.inf,
 ) -> OmittedMotion:  # fmt: skip
-    """What a flight omits; inf where phalanges that begin turned by the angle that they bend do not
-    come to this touch.
+    """What a flight omits; inf where phalanges that begin turned by the angle that they bend, or by
+    what cells miss of it, do not come to this touch.
 
-    how : `Settings.flight`. A flight of elements has the ringing, but not its phase, except along
-        the axis in its own cells: shafts of 0.2 diameters changed the speed at contact by 0.1 to
-        4 %, of seven soft fingers that torques drive
+    how : `Settings.flight`. A flight of elements has the bending, up to their cells' error, and the
+        ringing, but not its phase, except along the axis in its own cells: shafts of 0.2 diameters
+        changed the speed at contact by 0.1 to 4 %, of seven soft fingers that torques drive
     approach_speed : speed at the touch, m/s
     section : length of an explicit flight's cells along the shafts over their diameter
     """
     touch, flown = flight.touch, flight.flown
     response = elastic_response(flight.chain, flown, drive, geometry, materials)
-    ringing = response.ringing_speed
+    share, ringing, depth = 1.0, response.ringing_speed, response.depth
     if how != "rigid":
-        late = response.depth / approach_speed if how == "coarse" else 0.0
-        if how == "explicit":
-            phase = min(STRETCHING_ERROR * section**2 * response.stretching_phase, 1.0)
-            ringing -= (1.0 - phase) * response.stretching_speed
-        return OmittedMotion(late, np.full(2, ringing), ringing)
+        share = min((COARSE_SECTION if how == "coarse" else section) ** 2, 1.0)
+    if how == "explicit":
+        phase = min(STRETCHING_ERROR * section**2 * response.stretching_phase, 1.0)
+        ringing, depth = ringing - (1.0 - phase) * response.stretching_speed, 0.0
     # in alternating directions, which a whirl magnifies most
-    turned = response.angle * (-1.0) ** np.arange(flight.chain.links)
+    turned = share * response.angle * (-1.0) ** np.arange(flight.chain.links)
     bent = replace(flown.start, angles=flown.start.angles - turned)
     other = flight.touch_of(flight.chain, flight.gap, bent)
     if other is None:
         return OmittedMotion(math.inf, np.full(2, math.inf))
     changed = flight.pole_velocity(touch) - flight.pole_velocity(other)
-    late = abs(touch.time_s - other.time_s) + response.depth / approach_speed
-    return OmittedMotion(late, np.abs(changed) + ringing, ringing, response.settling)
+    late = abs(touch.time_s - other.time_s) + depth / approach_speed
+    settling = response.settling if how == "rigid" else 0.0
+    return OmittedMotion(late, np.abs(changed) + ringing, ringing, settling)
 
 
 class RodFlight(NamedTuple):

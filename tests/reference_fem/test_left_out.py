@@ -191,14 +191,17 @@ def test_elements_that_fly_arrive_within_what_is_left_out(
 
 
 def test_elements_that_fly_lose_a_phase_and_not_the_arrival() -> None:
-    """All of the bending's, and along the axis (π/2n)²/24 of the radians, n elements a phalanx."""
+    """All of the bending's, and along the axis (π/2n)²/24 of the radians, n elements a phalanx. Of
+    the bending's angle 1/n² is missed, n elements across: 0.04 here.
+    """
     three = (RUBBER,) * 3
     _, of = flown(RUBBER, rf.Drive(), STEEP)
     coarse, explicit, fine = (
         omitted_motion(of, how, rf.Drive(), FINGER, three, 1.0, section)
         for how, section in (("coarse", np.inf), ("explicit", 0.2), ("explicit", 0.0))
     )
-    assert (explicit.late_s, fine.late_s) == (0.0, 0.0)
+    assert 0.0 < explicit.late_s < 0.05 * coarse.late_s
+    assert fine.late_s < 1e-12  # the flights' tolerance
     of_bending, whole = fine.ringing_speed, coarse.ringing_speed
     assert 0.0 < of_bending < 0.5 * whole
     radians = of.touch.time_s * RUBBER.bar_speed * np.pi / (2 * FINGER.lengths[0])
@@ -210,11 +213,14 @@ def test_elements_that_fly_lose_a_phase_and_not_the_arrival() -> None:
 
 
 def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
-    """The elements touch twice as late as the rods."""
+    """The elements touch twice as late as the rods; another mesh comes to another touch again, 28
+    stated errors away, until what its cells miss of the bending was in them.
+    """
     _, of = flown(SOFT, WHIRL)
-    late, apart, *_ = omitted_motion(of, "rigid", WHIRL, FINGER, (SOFT,) * 3, 1.0)
-    assert late == np.inf
-    assert np.isinf(apart).all()
+    for how in ("rigid", "coarse", "explicit"):
+        late, apart, *_ = omitted_motion(of, how, WHIRL, FINGER, (SOFT,) * 3, 1.0, 0.2)
+        assert late == np.inf
+        assert np.isinf(apart).all()
 
 
 @pytest.mark.parametrize(("material", "drive"), [(RUBBER, rf.Drive()), (SOFT, DRIVEN)])

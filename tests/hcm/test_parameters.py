@@ -152,10 +152,9 @@ def test_parts_of_another_kind_are_refused(part: str, kind: str) -> None:
         hcm.simulate_within(1e-2, scene, ["taps"])  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize(("part", "kind"), [("progress", "function"), ("fall", "Fall")])
-def test_what_is_no_part_of_the_scene_is_checked_too(part: str, kind: str) -> None:
-    given = vars(hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP)) | {part: 3}
-    with pytest.raises(hcm.ParameterError, match=f"{part} = 3: must be a {kind}"):
+def test_what_is_no_part_of_the_scene_is_checked_too() -> None:
+    given = vars(hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP)) | {"progress": 3}
+    with pytest.raises(hcm.ParameterError, match="progress = 3: must be a function"):
         hcm.simulate(**given)
 
 

@@ -20,9 +20,8 @@ from meshes.mesh import FingerMesh, Floats, Ints
 from meshes.topology import numbered, sides
 
 _CELL_TYPES = {"hexahedron": 3, "quad": 2}
-FLAT = (
-    1e-6  # largest extent in Z of a plane mesh, over its largest one: files have single precision
-)
+# Largest extent in Z of a plane mesh over its largest one: files have single precision.
+FLAT = 1e-6
 
 
 def write(mesh: FingerMesh, path: str | Path) -> None:

@@ -26,6 +26,7 @@ from validation.scenes.tables import Table
 
 FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "N": 1.0, "kN": 1e3, "mN": 1e-3}  # to SI
 LARGEST_SAMPLE = 1e12  # s, N: nothing of a tap is larger
+Interface = Annotated[str | None, BeforeValidator(lambda v: f"{v}" if type(v) is int else v)]
 Axis = Literal["x", "-x", "y", "-y", "z", "-z"]
 
 
@@ -77,10 +78,7 @@ class Sidecar(Table):
     force_unit: Literal["N", "kN", "mN"] = "N"
     normal: Axis = "y"  # in a CSV y or -y, and tangential x or -x: the sign alone counts
     tangential: Axis = "x"
-    # rcforc's number, CalculiX's SLAVE or SLAVE/MASTER
-    interface: Annotated[str | None, BeforeValidator(lambda v: f"{v}" if type(v) is int else v)] = (
-        None
-    )
+    interface: Interface = None  # rcforc's number, CalculiX's SLAVE or SLAVE/MASTER
     side: Literal["slave", "master"] = "slave"  # the finger's
     scalars: Scalars = Scalars()  # that the source states itself, instead of the curves'
     uncertainty: Errors = Errors()  # absolute, one standard deviation, instead of the columns'

@@ -42,8 +42,9 @@ STRETCHING_ERROR = 0.016
 diameter: (π/2n)²/24 of n elements; 0.1 % at a quarter (measured)."""
 
 COARSE_SECTION = 0.25
-"""Cells of a coarse flight over the diameter, as `simulate`'s callers choose them. Of bending, n
-cells across miss 1/n^2: that of their second moment of area by the midpoint rule."""
+"""Edges over the smallest diameter on the mesh of a coarse flight, unless a scene states others. Of
+the bending n cells across miss 1/n^2, as the midpoint rule does of the second moment of area."""
+
 # Tolerance of the true shape's flight: ten times the run's own, so that a flight which magnifies
 # differences shows by how much, but too small for steps that pass over a touch.
 TOLERANCE = 1e-10

@@ -40,41 +40,41 @@ def closing_speed(model: Model, state: State) -> float:
 def flight_block(
     model: Model, state: State, steps: int, gap: Callable[[State], float]
 ) -> tuple[State, Block] | None:
-    """The block of `steps`, or of fewer that are clear of contact; None: not one of them is.
+    """The block of `steps`, or of those before the tip may pass the surface; None: there are none.
+
+    Where it may pass between two looks, a half, a quarter, ... of their steps end the block.
 
     gap : lowest gap of a state, m.
     """
-    after, blocks, left = state, list[Block](), steps
-    while left > 0:
-        flown = _clear(model, after, min(LOOK, left), gap)
-        if flown is None:
-            break
-        after = flown[0]
-        blocks.append(flown[1])
-        whole = len(flown[1].log) == min(LOOK, left)
-        left = state.step + steps - after.step if whole else 0
+    if steps < 1:
+        return None
+    look, left, above, blocks = min(LOOK, steps), steps, gap(state), list[Block]()
+    while look >= 1:
+        after, block = advance(model, state, look, False)
+        below = gap(after)
+        if _may_pass(model, (state, above), (after, below)):
+            look, left = look // 2, 0
+            continue
+        blocks.append(block)
+        state, above, left = after, below, max(left - look, 0)
+        look = min(LOOK, left)
     if not blocks:
         return None
-    return after, replace(blocks[0], log=np.concatenate([block.log for block in blocks]))
+    return state, replace(blocks[0], log=np.concatenate([block.log for block in blocks]))
 
 
-def _clear(
-    model: Model, state: State, steps: int, gap: Callable[[State], float]
-) -> tuple[State, Block] | None:
-    """`steps`, or a half, a quarter, ... of them, until they are clear of contact; None: none are.
+def _may_pass(model: Model, before: tuple[State, float], after: tuple[State, float]) -> bool:
+    """Whether the tip may have passed the surface between two states, each with its lowest gap.
 
-    They are if they end above the surface, and if a tip that moves down from their start and up to
-    their end, at `FASTER` times the speeds down d_0 and up u_1 there, stays above it: over the time
-    T the lines g_0 - d_0 t and g_1 - u_1 (T - t) meet at a gap
+    It may if it ends below, or if it may have moved down from the first and up to the second, at
+    `FASTER` times the speeds down d_0 and up u_1 there, and below the surface between: over the
+    time T the lines g_0 - d_0 t and g_1 - u_1 (T - t) meet at a gap
 
-        (g_0 u_1 + g_1 d_0 - d_0 u_1 T)/(d_0 + u_1) >= 0.
+        (g_0 u_1 + g_1 d_0 - d_0 u_1 T)/(d_0 + u_1) < 0.
+
+    A NaN, of a flight that diverged, passes nothing: it ends in its audit.
     """
-    above, down = gap(state), FASTER * speed_down(model, state)
-    while steps >= 1:
-        after, block = advance(model, state, steps, False)
-        below, up = gap(after), FASTER * speed_up(model, after)
-        passes = above * up + below * down < down * up * steps * model.step_s
-        if not (below < 0.0 or passes):  # a NaN, of a flight that diverged, ends in its audit
-            return after, block
-        steps //= 2
-    return None
+    (start, above), (end, below) = before, after
+    down, up = FASTER * speed_down(model, start), FASTER * speed_up(model, end)
+    lasts = (end.step - start.step) * model.step_s
+    return below < 0.0 or above * up + below * down < down * up * lasts

@@ -1,29 +1,15 @@
-"""The same finger in other units of length, time and mass: no constant has a unit of its own."""
+"""The reduced model in other units of length, time and mass."""
 
-import math
-
-import numpy as np
 import pytest
 
 import hcm
 from tests.hcm.cases import finger
+from tests.similarity import OWN, UNITS, Units, check_same_tap
 
 DIAMETER, LENGTH = 0.015, 0.04
-# factors of a length, a time and a mass: powers of two, by which numbers scale to the last bit
-UNITS = [(2.0**-7, 2.0**-5, 2.0**-18), (8.0, 4.0, 512.0), (1.0, 2.0**-6, 1.0)]
-DIMENSIONS = {  # of length, time and mass
-    "contact_time_s": (0, 1, 0),
-    "contact_duration_s": (0, 1, 0),
-    "peak_normal_force_N": (1, -2, 1),
-    "peak_tangential_force_N": (1, -2, 1),
-    "normal_impulse_N_s": (1, -1, 1),
-    "peak_stress_R_Pa": (-1, -2, 1),
-}
 
 
-def scene(
-    units: tuple[float, float, float], assumptions: str, torque: float, incline: float, relax: float
-) -> hcm.Scene:
+def scene(units: Units, assumptions: str, torque: float, incline: float, relax: float) -> hcm.Scene:
     length, time, mass = units
     force, pressure = mass * length / time**2, mass / (length * time**2)
     phalanx = hcm.Phalanx(
@@ -47,15 +33,11 @@ def scene(
      ("refined", 2e-3, 0.1, 0.0)],
 )  # fmt: skip
 def test_a_tap_in_other_units_is_the_same_tap(
-    units: tuple[float, float, float], assumptions: str, torque: float, incline: float, relax: float
+    units: Units, assumptions: str, torque: float, incline: float, relax: float
 ) -> None:
     given = assumptions, torque, incline, relax
-    own, other = (hcm.simulate_within(1e-3, scene(of, *given)) for of in ((1.0, 1.0, 1.0), units))
+    own, other = (hcm.simulate_within(1e-3, scene(of, *given)) for of in (OWN, units))
     assert own.status is other.status is hcm.Status.COMPLETED
     assert own.statistics.steps == other.statistics.steps
-    for name, powers in DIMENSIONS.items():
-        factor = math.prod(np.power(units, powers))
-        # roots that choose steps round: 220 random scenes differ by 2e-5 at most, errors by 9 %
-        value, its = (getattr(run.summary, name) for run in (own, other))
-        assert its == pytest.approx(value * factor, rel=1e-4), name
-        assert other.errors[name] == pytest.approx(own.errors[name] * factor, rel=0.2), name
+    # roots that choose steps round: 220 random scenes differ by 2e-5 at most, errors by 9 %
+    check_same_tap(own, other, units, 1e-4, 0.2)

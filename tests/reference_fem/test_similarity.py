@@ -1,29 +1,15 @@
-"""The same finger in other units of length, time and mass: no constant has a unit of its own."""
+"""The finite elements in other units of length, time and mass."""
 
-import math
 from typing import Literal
 
-import numpy as np
 import pytest
 
 import meshes
 import reference_fem as rf
-
-# factors of a length, a time and a mass: powers of two, by which numbers scale to the last bit
-UNITS = [(2.0**-7, 2.0**-5, 2.0**-18), (8.0, 4.0, 512.0), (1.0, 2.0**-6, 1.0)]
-DIMENSIONS = {  # of length, time and mass
-    "contact_time_s": (0, 1, 0),
-    "contact_duration_s": (0, 1, 0),
-    "peak_normal_force_N": (1, -2, 1),
-    "peak_tangential_force_N": (1, -2, 1),
-    "normal_impulse_N_s": (1, -1, 1),
-    "peak_stress_R_Pa": (-1, -2, 1),
-}
+from tests.similarity import OWN, UNITS, Units, check_same_tap
 
 
-def tapped(
-    units: tuple[float, float, float], contact: Literal["impulse", "surface"], torque: float
-) -> rf.TapResult:
+def tapped(units: Units, contact: Literal["impulse", "surface"], torque: float) -> rf.TapResult:
     length, time, mass = units
     pressure = mass / (length * time**2)
     geometry = meshes.FingerGeometry((0.04 * length,) * 2, (0.015 * length,) * 2)
@@ -50,12 +36,8 @@ def tapped(
     ("contact", "torque"), [("impulse", 0.0), ("surface", 0.0), ("impulse", 0.01)]
 )
 def test_a_tap_in_other_units_is_the_same_tap(
-    units: tuple[float, float, float], contact: Literal["impulse", "surface"], torque: float
+    units: Units, contact: Literal["impulse", "surface"], torque: float
 ) -> None:
-    own, other = (tapped(of, contact, torque) for of in ((1.0, 1.0, 1.0), units))
+    own, other = (tapped(of, contact, torque) for of in (OWN, units))
     assert own.status is other.status is rf.Status.COMPLETED
-    for name, powers in DIMENSIONS.items():
-        factor = math.prod(np.power(units, powers))
-        value, its = (getattr(run.summary, name) for run in (own, other))
-        assert its == pytest.approx(value * factor, rel=1e-5), name
-        assert other.errors[name] == pytest.approx(own.errors[name] * factor, rel=1e-2), name
+    check_same_tap(own, other, units, 1e-5, 1e-2)

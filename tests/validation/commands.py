@@ -10,6 +10,7 @@ import pytest
 from tests.processes import COMMAND, python
 from validation.cli import main
 from validation.harness.record import RunRecord
+from validation.harness.store import Store, key
 from validation.models.adapter import Outcome
 
 Make = Callable[..., RunRecord]
@@ -56,6 +57,18 @@ def call_apart(*arguments: object, **how: Any) -> Ended:
     """How the command ends in a process of its own; `how` as `python` takes it."""
     done = python("-c", COMMAND, *arguments, **how)
     return Ended(done.returncode, done.stdout, done.stderr)
+
+
+def asking(answer: Any = None) -> tuple[Store, list[str]]:
+    """A store that has this answer to everything, and the keys of what it was asked for."""
+    asked: list[str] = []
+
+    class Asked(Store):
+        def obtain(self, inputs: Any, kind: Any, compute: Any) -> Any:
+            asked.append(key(inputs))
+            return answer
+
+    return Asked(None), asked
 
 
 def fake_adapter(run: Callable[..., Outcome]) -> SimpleNamespace:

@@ -119,7 +119,8 @@ class Difference:
     @property
     def error_percent(self) -> float | None:
         """Difference in percent of the reference; negative: the model's is smaller in magnitude."""
-        return None if self.verdict is None else self.verdict.difference
+        verdict = self.verdict
+        return None if verdict is None else verdict.difference
 
     @property
     def verdict(self) -> Verdict | None:
@@ -136,7 +137,7 @@ class Difference:
             "reduced_error": self.reduced_error,
             "reference": self.reference,
             "reference_error": self.reference_error,
-            "error_percent": self.error_percent,
+            "error_percent": verdict and verdict.difference,
             "uncertainty_percent": verdict and verdict.uncertainty,
             "verdict": verdict and verdict.judgement,
             "tolerance_percent": verdict and verdict.tolerance,

@@ -24,7 +24,6 @@ PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are mea
 COARSER, FINER = 2.0, 0.75  # edges of a run's companion mesh over its own
 FEW = 600  # elements
 OF_REFINED = ("growth", "patch_size", "halvings")  # sizes that a tip of even edges does not have
-FLIGHT_EDGE = 0.25  # edges over the smallest diameter, on the mesh of a coarse flight
 CLEARANCE = 0.01  # over the tip's radius, in an impact state; nodes stand out by less
 
 
@@ -119,11 +118,12 @@ def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
 
 
 def _flight_sizing(tables: Scene) -> meshes.Sizing:
-    """Even edges of `flight_size`, or `FLIGHT_EDGE` of the smallest diameter."""
+    """Even edges of `flight_size`, or `COARSE_SECTION` of the smallest diameter."""
     import meshes
+    from reference_fem.flight_error import COARSE_SECTION
 
     fem, diameter = tables.solver.fem, tables.smallest_diameter
-    edge = FLIGHT_EDGE * diameter if fem.flight_size is None else fem.flight_size
+    edge = COARSE_SECTION * diameter if fem.flight_size is None else fem.flight_size
     if edge > diameter:
         raise ValueError(
             f"solver.fem.flight_size = {edge:g}: must be at most the smallest diameter,"

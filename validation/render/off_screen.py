@@ -118,6 +118,11 @@ class Drawing:
         return int(np.abs(np.subtract(times, at)).argmin())
 
     @property
+    def file(self) -> Path:
+        """The fields nearest to the peak force."""
+        return self.run.steps[self.peak][1]
+
+    @property
     def text(self) -> str:
         """Title of a picture at peak force."""
         which = " (peak force)" * (self.run.peak_s is not None)
@@ -126,12 +131,12 @@ class Drawing:
     @cached_property
     def inside(self) -> Any:
         """The body at peak force, cut in the plane of motion."""
-        return deformed(self.run.steps[self.peak][1], cut=True)
+        return deformed(self.file, cut=True)
 
     @cached_property
     def whole(self) -> Any:
         """The body at peak force."""
-        return deformed(self.run.steps[self.peak][1], cut=False)
+        return deformed(self.file, cut=False)
 
     @property
     def stress_limits(self) -> tuple[float, float]:
@@ -158,7 +163,7 @@ class Drawing:
 
     def shape(self, path: Path) -> None:
         """The deformation at peak force, enlarged."""
-        draw_shape(path, self.run.steps[self.peak][1], self.text, self.run.height_m)
+        draw_shape(path, self.file, self.text, self.run.height_m)
 
     def sequence(self, path: Path) -> None:
         """The tap in a few frames side by side."""

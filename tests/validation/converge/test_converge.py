@@ -12,7 +12,7 @@ import pytest
 
 import reference_fem
 from reference_fem.cautions import SPIKED
-from tests.validation.commands import Run
+from tests.validation.commands import Run, asking
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge.command import run_converge
 from validation.converge.refinement_runs import KEPT, LevelRuns
@@ -26,7 +26,6 @@ from validation.converge.refinements import (
 )
 from validation.converge.verdicts import preset_rows, verdict_rows
 from validation.errors import UserError
-from validation.harness import store
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.store import VALUES
 from validation.models import solid_inputs
@@ -171,14 +170,8 @@ def test_a_verdicts_row_is_in_percent_of_its_number() -> None:
 
 def test_a_levels_result_belongs_to_the_impact_state_it_starts_from() -> None:
     """A key that a level sets itself changes the state alone, and gave the other scene's result."""
-    asked: list[str] = []
-
-    class Asked(store.Store):
-        def obtain(self, inputs: Any, kind: Any, compute: Any) -> Any:
-            asked.append(store.key(inputs))
-            return {}
-
+    answers, asked = asking({})
     for size in (5e-4, 1e-3):
-        runs = LevelRuns("soft", [f"solver.fem.tip_size={size}"], "fem3d", Asked(None))
+        runs = LevelRuns("soft", [f"solver.fem.tip_size={size}"], "fem3d", answers)
         runs.run({"solver.fem.tip_size": 8e-4})
     assert asked[0] != asked[1]

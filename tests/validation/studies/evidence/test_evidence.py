@@ -7,15 +7,14 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
 import reference_fem
-from tests.validation.commands import Patch, Run
+from tests.validation.commands import Patch, Run, asking
 from validation.harness.figures import panels
-from validation.harness.store import Store, key
+from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence import (
     ball,
@@ -380,15 +379,10 @@ def test_the_meshed_ball_is_hertzs_to_its_patch() -> None:
 
 def test_springs_without_friction_have_a_tap_of_their_own() -> None:
     """Whatever element CalculiX took, ours is one; another friction is another tap."""
-    asked: list[str] = []
-
-    class Asked(Store):
-        def obtain(self, inputs: Any, kind: Any, compute: Any) -> Any:
-            asked.append(key(inputs))
-
+    answers, asked = asking()
     names = ("tap-soft", "tap-soft-incompatible", "tap-frictionless-incompatible")
     for name in (*names, "tap-soft-penalty", "tap-hard"):
-        taps.reference_tap(taps.TAPS[name], Asked(None))
+        taps.reference_tap(taps.TAPS[name], answers)
     assert asked[0] == asked[1]
     assert len(set(asked)) == 4
 

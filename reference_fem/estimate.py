@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 import meshes
+from meshes.quality import volumes
 from reference_fem.arrays import Array
 from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
 from reference_fem.error_cautions import flutter, imprecise, later_taps, percent, unlike_shape
@@ -81,22 +82,21 @@ class SolvedScene:
         """Radius of the touching end, m."""
         return float(self.scene.mesh.radii[-1])
 
-    @property
-    def section(self) -> float:
-        """Largest mean length of a phalanx's cells, by volume, over its diameter."""
-        mesh, volume = self.scene.mesh, self.model.kernel.cell_volume
-        lengths = np.ptp(mesh.points[mesh.cells, 0], axis=1)
-        shares = []
-        for w, radius in enumerate(mesh.radii.tolist()):
-            own = mesh.cell_sets[f"phalanx_{w + 1}"]
-            shares.append(float(np.average(lengths[own], weights=volume[own])) / (2.0 * radius))
-        return max(shares)
-
     def resolution(self, run: TapResult, angle: float) -> Resolution:
         """How finely the mesh resolves the patch; angle : of the last phalanx at the touch, rad."""
         mesh, peak = self.scene.mesh, run.summary.peak_normal_force_N or 0.0
         patch = hertz_patch(peak, self.radius, self.scene.materials[-1], angle, mesh.dim)
-        return Resolution(spacing(mesh, angle), patch, self.section, mesh.dim)
+        return Resolution(spacing(mesh, angle), patch, section(mesh), mesh.dim)
+
+
+def section(mesh: meshes.FingerMesh) -> float:
+    """Largest mean length of a phalanx's cells along its axis, by volume, over its diameter."""
+    volume, shares = volumes(mesh.points, mesh.cells), []
+    lengths = np.ptp(mesh.points[mesh.cells, 0], axis=1)
+    for w, radius in enumerate(mesh.radii.tolist()):
+        own = mesh.cell_sets[f"phalanx_{w + 1}"]
+        shares.append(float(np.average(lengths[own], weights=volume[own])) / (2.0 * radius))
+    return max(shares)
 
 
 class FlightErrors(NamedTuple):
@@ -200,7 +200,7 @@ def _flight_errors(
     if scene.settings.flight_error:
         omitted = omitted_motion(
             flight, scene.settings.flight, scene.drive, shape, scene.materials, approach_speed,
-            resolution.section,
+            section(scene.flight_mesh or scene.mesh),
         )  # fmt: skip
     return FlightErrors(max(late, sagitta_s), apart, of_speed, omitted)
 

@@ -41,10 +41,6 @@ STRETCHING_ERROR = 0.016
 """Relative error of a phalanx's first axial frequency over the square of its cells' length over its
 diameter: (π/2n)²/24 of n elements; 0.1 % at a quarter (measured)."""
 
-COARSE_SECTION = 0.25
-"""Edges over the smallest diameter on the mesh of a coarse flight, unless a scene states others. Of
-the bending n cells across miss 1/n^2, as the midpoint rule does of the second moment of area."""
-
 # Tolerance of the true shape's flight: ten times the run's own, so that a flight which magnifies
 # differences shows by how much, but too small for steps that pass over a touch.
 TOLERANCE = 1e-10
@@ -139,13 +135,14 @@ def omitted_motion(
         ringing, but not its phase, except along the axis in its own cells: shafts of 0.2 diameters
         changed the speed at contact by 0.1 to 4 %, of seven soft fingers that torques drive
     approach_speed : speed at the touch, m/s
-    section : length of an explicit flight's cells along the shafts over their diameter
+    section : length of the cells that fly along the shafts over their diameter; of the bending n
+        cells across miss 1/n^2, as the midpoint rule does of the second moment of area
     """
     touch, flown = flight.touch, flight.flown
     response = elastic_response(flight.chain, flown, drive, geometry, materials)
     share, ringing, depth = 1.0, response.ringing_speed, response.depth
     if how != "rigid":
-        share = min((COARSE_SECTION if how == "coarse" else section) ** 2, 1.0)
+        share = min(section**2, 1.0)
     if how == "explicit":
         phase = min(STRETCHING_ERROR * section**2 * response.stretching_phase, 1.0)
         ringing, depth = ringing - (1.0 - phase) * response.stretching_speed, 0.0

@@ -21,6 +21,7 @@ from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.flight_block import FLIGHT_BLOCK
 from reference_fem.dynamics.state import LoopState
 from reference_fem.dynamics.step import advance, start_state
+from reference_fem.flight_error import OmittedMotion
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start, pose
 from tests.reference_fem.taps import GEOMETRY, SURFACE
@@ -226,6 +227,22 @@ def test_a_swing_through_the_surface_within_a_block_is_a_touch(torque: float) ->
         assert run.status is rf.Status.COMPLETED
         touches.append(run.summary.contact_time_s)
     assert touches[1:] == pytest.approx(touches[:1] * 2, rel=0.01)
+
+
+def test_a_flight_misses_what_its_own_cells_do(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Edges of a third of the diameter, not the run's."""
+    sections = []
+
+    def omitted(*given: Any) -> OmittedMotion:
+        sections.append(given[-1])
+        return OmittedMotion(0.0, np.zeros(2))
+
+    monkeypatch.setattr("reference_fem.estimate.omitted_motion", omitted)
+    sizes = (meshes.Sizing(edge, edge, edge) for edge in (2e-3, 5e-3))
+    mesh, light = (meshed(sizing, 2) for sizing in sizes)
+    settings = replace(FLYING["settings"], estimate=True)
+    rf.simulate(mesh, RUBBER_10, SURFACE, rf.Drive(), settings, flight_mesh=light)
+    assert sections == [pytest.approx(1 / 3, rel=0.01)]  # those at the round end are skewed
 
 
 LONGER = meshes.finger_hexahedra(replace(GEOMETRY, lengths=(0.04, 0.05, 0.03)), COARSE)

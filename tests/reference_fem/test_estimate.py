@@ -15,7 +15,7 @@ import reference_fem as rf
 from reference_fem import estimate
 from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.error_cautions import later_taps, percent
-from reference_fem.estimate import SolvedScene, standing_out
+from reference_fem.estimate import section, standing_out
 from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.hertz import hertz_patch
 from reference_fem.mesh_error import (
@@ -33,7 +33,6 @@ from reference_fem.mesh_error import (
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start
 from reference_fem.rigid_flight import descent, surface_gap
-from reference_fem.scene import Scene
 from reference_fem.summary import stress_during
 from reference_fem.true_body import true_chain, true_gap
 
@@ -453,10 +452,8 @@ def test_a_shafts_error_is_that_of_its_own_cells(diameters: tuple[float, ...]) -
     """Cells of 3 mm, finer at the tip alone: 0.2 or 0.4 of the smallest diameter."""
     geometry = meshes.FingerGeometry((L,) * len(diameters), diameters)
     sizing = meshes.Sizing(1.5e-3, 3e-3, 4e-4, growth=1.4, halvings=2)
-    mesh, materials = meshes.finger_hexahedra(geometry, sizing), HARD[: len(diameters)]
-    scene = Scene(mesh, materials, SURFACE, DRIVE, rf.Settings(contact="impulse"))
-    solved = SolvedScene(scene, build_model(mesh, materials, SURFACE, DRIVE, scene.settings), None)
-    assert solved.section == pytest.approx(3e-3 / min(diameters), rel=0.2)
+    found = section(meshes.finger_hexahedra(geometry, sizing))
+    assert found == pytest.approx(3e-3 / min(diameters), rel=0.2)
 
 
 def test_a_plane_shaft_is_no_thicker_where_the_ends_nodes_stand_out() -> None:

@@ -24,6 +24,7 @@ PRESET_DIAMETER = 0.015  # m, the finger that the presets' element sizes are mea
 COARSER, FINER = 2.0, 0.75  # edges of a run's companion mesh over its own
 FEW = 600  # elements
 OF_REFINED = ("growth", "patch_size", "halvings")  # sizes that a tip of even edges does not have
+COARSE_SECTION = 0.25  # edges of a coarse flight's mesh over the smallest diameter
 CLEARANCE = 0.01  # over the tip's radius, in an impact state; nodes stand out by less
 
 
@@ -120,7 +121,6 @@ def flight_mesh(tables: Scene, dimension: Dimension) -> Any:
 def _flight_sizing(tables: Scene) -> meshes.Sizing:
     """Even edges of `flight_size`, or `COARSE_SECTION` of the smallest diameter."""
     import meshes
-    from reference_fem.flight_error import COARSE_SECTION
 
     fem, diameter = tables.solver.fem, tables.smallest_diameter
     edge = COARSE_SECTION * diameter if fem.flight_size is None else fem.flight_size

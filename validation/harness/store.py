@@ -11,10 +11,6 @@ changed run is never answered by an old result.
   altered or unreadable is reported in one line, removed, and computed again.
 - Entries are data: JSON, arrays without objects, VTU. Nothing in them is executed, and no path in
   them is followed: the files of an entry are those in its folder.
-
-Why not a library: diskcache and joblib.Memory keep values as pickles, which run code when they are
-read, find them by a function's name and arguments (not by the program's source and its versions),
-and verify nothing; diskcache's JSON disk holds no arrays or files, and needs a database.
 """
 
 import dataclasses

@@ -6,27 +6,6 @@ event search), from rest in minutes.
 
 The reference's are its own converged limits, from runs of 2026-11-29 from rest with contact by
 impulses. `truths_anew` computes all of them again.
-Peak, impulse, duration and time of the peak: the tip's edge refined alone from 0.2 mm down to
-that of the source, on shafts of 1.5 mm (0.4 mm in 2D); in 3D plus what shafts of half the edge
-change with a tip of 0.1 mm, the finest that both were run with.
-Contact time: the rigid flight on even meshes of 1.5 to 0.375 mm (0.125 mm in 2D), extrapolated;
-event times are known to 2e-6 s.
-Their own error is the largest relative spread of peak, impulse and duration over the last three
-tips (two in 2D): no grid convergence index applies, as the peak does not approach its limit from
-one side, because the edges of these tips grow under the patch.
-
-====  =====  =========  ==========  ==========
- dim  tip    peak (N)   impulse     duration
-      (mm)              (mN s)      (us)
-====  =====  =========  ==========  ==========
-   3  0.200  93.055      9.9442     201.286
-   3  0.141  94.888      9.9050     200.660
-   3  0.100  95.032      9.9048     200.864
-   3  0.071  95.532      9.9009     200.534
-   3  0.050  95.283      9.9023     200.546
-   2  0.050  184.517     9.7768     93.413
-   2  0.025  184.166     9.7788     93.460
-====  =====  =========  ==========  ==========
 """
 
 import tomllib

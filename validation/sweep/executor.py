@@ -89,9 +89,10 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
         raise UserError(
             f"--dask {address}: needs Dask, which is not installed: pip install 'fingertap[dask]'"
         ) from error
-    # Tornado sometimes logs a lost connection as tracebacks of its own callbacks, beside the error
+    # Both sometimes log a lost connection as tracebacks of their own callbacks, beside the error
     # that the futures carry and `_lost` reports.
-    logging.getLogger("tornado.application").setLevel(logging.CRITICAL)
+    for name in ("tornado.application", "distributed"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         # a client that refuses an address takes a minute to end
         resolve_address(normalize_address(address))

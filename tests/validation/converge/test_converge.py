@@ -9,22 +9,25 @@ from typing import Any
 
 import pandas as pd
 import pytest
+from matplotlib import pyplot as plt
 
 import reference_fem
 from reference_fem.cautions import SPIKED
 from tests.validation.commands import Run, asking
 from validation.compare.grid_convergence import Convergence, convergence
-from validation.converge.command import run_converge
-from validation.converge.refinement_runs import KEPT, LevelRuns
+from validation.converge import command
+from validation.converge.command import draw, run_converge
+from validation.converge.refinement_runs import CAUTIONS, KEPT, LevelRuns
 from validation.converge.refinements import (
     PENALTY,
     SHAFT_MESH,
     TIP_MESH,
     TIP_PRESSED,
+    LevelKeys,
     check_given,
     refinements,
 )
-from validation.converge.verdicts import preset_rows, verdict_rows
+from validation.converge.verdicts import RefinedRuns, preset_rows, verdict_rows
 from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.store import VALUES
@@ -175,3 +178,56 @@ def test_a_levels_result_belongs_to_the_impact_state_it_starts_from() -> None:
         runs = LevelRuns("soft", [f"solver.fem.tip_size={size}"], "fem3d", answers)
         runs.run({"solver.fem.tip_size": 8e-4})
     assert asked[0] != asked[1]
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_changes_are_drawn_from_the_finest_level_in_percent(tmp_path: Path) -> None:
+    """Peaks of 17, 5 and 2 N on edges halved: 750, 150 and 0 %."""
+    keys = [entry.key for entry in OF_A_TAP]
+    levels = {size: dict.fromkeys(keys, n) for size, n in ((4.0, 17.0), (2.0, 5.0), (1.0, 2.0))}
+    tip = refinements(1.0, 5e-4, quick=False)[0]
+    draw(tmp_path / "c.png", [RefinedRuns(tip, levels)], "soft")
+    axis = plt.gcf().axes[0]
+    assert axis.get_xlabel() == "edge at the contact, mm"
+    for line in axis.lines[: len(keys)]:
+        assert line.get_xdata() == pytest.approx([4.0, 2.0, 1.0])
+        assert line.get_ydata() == pytest.approx([750.0, 150.0, 0.0])
+
+
+def test_sizes_are_millimetres_and_the_inverse_of_a_penalty() -> None:
+    """An error goes as 1/factor; half the edge has the root of the growth: log(g)/h is constant."""
+    for refinement in refinements(1.0, 5e-4, quick=False):
+        for size, keys in refinement.levels.items():
+            if refinement.name == PENALTY:
+                assert size == pytest.approx(1.0 / keys["solver.fem.surface_factor"])
+            if refinement.name in (TIP_MESH, TIP_PRESSED):
+                edge, growth = (keys[f"solver.fem.{key}"] for key in ("tip_size", "growth"))
+                assert size == pytest.approx(1e3 * edge)
+                assert math.log(growth) / edge == pytest.approx(math.log(1.15) / 1e-4)
+            if refinement.name == SHAFT_MESH:
+                assert size == pytest.approx(1e3 * keys["solver.fem.section_size"])
+
+
+def test_what_is_printed_is_in_the_unit_of_its_number(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """100 + (edge/0.1 mm)^2 N: GCI 1.25 N at 101 N. The preset's 102 N: its 2 %, and twice GCI."""
+
+    class Levels:
+        scene, patch = load_scene("soft"), 5e-4
+
+        def run(self, level: LevelKeys) -> dict[str, float | str]:
+            peak = 102.0
+            if "solver.fem.tip_size" in level:
+                peak = 100.0 + (float(level["solver.fem.tip_size"]) / 1e-4) ** 2
+            return dict.fromkeys((entry.key for entry in OF_A_TAP), peak) | {CAUTIONS: ""}
+
+    monkeypatch.setattr(command, "LevelRuns", lambda *_: Levels())
+    monkeypatch.setattr(command, "draw", lambda *_: None)
+    run_converge("soft", out=tmp_path)
+    lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
+    peaks = [line.partition("peak Fn ")[2] for line in lines if "peak Fn" in line]
+    assert peaks[0].startswith("finest 101.0 +- 1.3 N limit 100.0 ")
+    percent = 2.0 + 2 * 100 * 1.25 / 101
+    assert 4.0 < 1.02 * percent < 5.0  # N
+    assert peaks[-1] == f"102 +- 5 N +2.00 % from the tip's limit, known to {percent:.1f} % in all"

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 
 from tests.validation.commands import Patch, Run
 from validation.errors import RunFailedError, UserError
@@ -208,3 +209,35 @@ def test_identified_contact_of_the_soft_finger() -> None:
 def test_a_scenes_eta_squared_is_its_normal_over_its_tangential_stiffness() -> None:
     scene = load_scene("soft", ("finger.elements=5", "tip.tangential_ratio=0.8"))
     assert identify.identify_contact(scene).scene_eta_squared == pytest.approx(1.25)
+
+
+@pytest.mark.usefixtures("springs", "figures_kept")
+def test_springs_are_drawn_and_told_in_the_units_of_their_axes(tmp_path: Path) -> None:
+    """A line of slope k in N over um; Hertz's indentation 5 F/(4 k), and eta^-2, at that force."""
+    found = identify.identify_contact(load_scene("soft", ("finger.elements=5",)))
+    contact_command.draw(tmp_path / "c.png", found)
+    static, hertz, own, given, at = plt.gcf().axes[0].lines
+    for line, key in ((static, "indentation_m"), (hertz, "hertz_indentation_m")):
+        assert line.get_xdata() == pytest.approx(1e6 * np.array(found.curve[key]))
+        assert line.get_ydata() == pytest.approx(np.array(found.curve["force_N"]))
+    stiffnesses = found.normal_stiffness_N_per_m, found.scene_normal_stiffness_N_per_m
+    for line, stiffness in zip((own, given), stiffnesses, strict=True):
+        (_, um), (_, force) = line.get_data()
+        assert force / (1e-6 * um) == pytest.approx(stiffness)
+    assert at.get_ydata() == pytest.approx([found.force_N] * 2)
+    rows = contact_command.rows(found)
+    depth = np.interp(found.force_N, found.curve["force_N"], found.curve["hertz_indentation_m"])
+    assert rows[2]["theory"] == pytest.approx(depth, rel=1e-3)
+    assert contact_command.to_json(found)["tangential_ratio"] == pytest.approx(1 / 1.5)
+
+
+def test_a_tangential_compliance_is_over_the_touchs_cosine(monkeypatch: Patch) -> None:
+    """At 60 degrees it is twice the statics' own; the others are those."""
+    import reference_fem.statics.yielding as yielding
+
+    statics = SimpleNamespace(nn=-0.3, nt=0.4, tt=0.8)
+    monkeypatch.setattr(yielding, "tip_yield", lambda *_: statics)
+    monkeypatch.setattr(identify, "_end", lambda *_: None)
+    found = identify.yields(load_scene("soft"), None, np.radians(60.0), (0.1,))
+    assert [of for (of,) in found.values()] == pytest.approx([-0.3, 0.4, 1.6])
+    assert [key.rpartition("_")[2] for key in found] == ["nn", "nt", "tt"]

@@ -91,3 +91,37 @@ def test_a_maps_axis_is_as_its_points_are_drawn(tmp_path: Path) -> None:
     draw_map(tmp_path / "m.png", columns, Output("a", "b", np.arange(9.0), signed=False))
     axis = plt.gcf().axes[0]
     assert (axis.get_xscale(), axis.get_yscale()) == ("log", "linear")
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_map_is_red_where_ours_is_more_and_blue_alike_where_it_is_less(tmp_path: Path) -> None:
+    columns = {"a": np.array([0.0, 1.0, 2.0]), "b": np.array([5.0, 3.0, 4.0])}
+    apart = Output("a", "b", np.array([-1.0, 0.0, 2.0]), signed=True)
+    draw_map(tmp_path / "m.png", columns, apart)
+    (shown,) = plt.gcf().axes[0].collections
+    np.testing.assert_allclose(shown.get_offsets(), np.array([columns["a"], columns["b"]]).T)
+    low, high = shown.get_clim()
+    assert low == -high
+    less, none, more = shown.to_rgba([low, 0.0, high])[:, [0, 2]]  # red and blue
+    assert less[1] > less[0]
+    assert more[0] > more[1]
+    assert none[0] == pytest.approx(none[1], abs=0.01)
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_map_of_compressions_takes_all_of_its_colours(tmp_path: Path) -> None:
+    columns = {"a": np.linspace(0.0, 1.0, 101)}
+    draw_map(tmp_path / "m.png", columns, Output("a", "b", columns["a"] - 3.0, signed=False))
+    (shown,) = plt.gcf().axes[0].collections
+    assert shown.get_clim() == pytest.approx((-3.0, -2.02))  # but for the two largest of a hundred
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_scene_counts_from_its_own_difference_on(tmp_path: Path) -> None:
+    """Of 1, 2 and 4 % a half each lies below neither: 0 below 1 %, a third from there on."""
+    draw_distribution(tmp_path / "d.png", swept([1.01, 1.02, 1.04]), [PAIR])
+    _, axis, *_ = plt.gcf().axes
+    (line,) = axis.lines
+    assert line.get_drawstyle() == "steps-post"
+    assert line.get_ydata() == pytest.approx(100.0 / 3.0 * np.arange(4))
+    assert line.get_xdata() == pytest.approx([1.0, 1.0, 2.0, 4.0])

@@ -3,13 +3,15 @@
 import math
 import shlex
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray
+from scipy.stats import qmc
 
 from tests.validation.sweep.plans import PLAN, written
-from validation.sweep import dataset
+from validation.sweep import dataset, page
 from validation.sweep.dataset import Output, Pair
 from validation.sweep.figures import draw_map
 from validation.sweep.page import (
@@ -17,6 +19,7 @@ from validation.sweep.page import (
     endings,
     outputs,
     pairs,
+    sensitivities,
     table,
     variables,
     worst,
@@ -205,3 +208,52 @@ def test_what_lies_within_both_errors_together_is_not_beyond(tmp_path: Path) -> 
     known = data[name].copy(data=[[1.0] * 3, [20.0] * 3, [1.0] * 3, [1.0] * 3])
     (row, *_) = table(data.assign({name: off, f"{name}_error": known}), pairs(plan))
     assert row["beyond both stated errors (%)"] == pytest.approx(100.0 / 3.0)  # 1.5 N alone
+
+
+def test_the_pages_lead_counts_runs_and_quotes_medians(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Peaks 1, 3 and 0 % apart; of twelve runs fem3d's last did not complete."""
+    told: dict[str, Any] = {}
+    for name in ("draw_distribution", "draw_parity", "draw_map"):
+        monkeypatch.setattr(page, name, lambda *given: None)
+    monkeypatch.setattr(page.page, "write_page", lambda path, name, given: told.update(given))
+    plan, points, data = swept(tmp_path)
+    write_report(tmp_path, plan, points, data)
+    runs, first, *_ = told["lead"]
+    assert runs == "11 of 12 runs completed."
+    assert "1 % apart in the median of 3 scenes, 3 % at most" in first
+    (row, *_) = table(data, pairs(plan))
+    # linear between 1 %, below which lies the middle, and 3 %: nine tenths of the way
+    assert row["95 of 100 below (%)"] == pytest.approx(2.8)
+
+
+def test_the_worst_of_a_scene_is_in_percent_of_the_quantity_that_it_names(tmp_path: Path) -> None:
+    """Impulses 4 % apart on the first scene alone, beside peaks 1, 3 and 0 % apart."""
+    plan, points, data = swept(tmp_path)
+    impulse = np.ones(data["peak_normal_force_N"].shape)
+    impulse[0, 0] = 1.04
+    given = data.assign(normal_impulse_N_s=(("scene", "model"), impulse))
+    rows = list(worst(plan, points, given, Pair(0, 2, "")))
+    percent = [row["largest of force, impulse, duration (%)"] for row in rows]
+    assert percent == pytest.approx([4.0, 3.0, 0.0])
+    assert [row["in"] for row in rows[:2]] == ["normal impulse", "peak Fn"]
+    # what is drawn over the variables: signed percent, or one model's numbers as tables show them
+    peaks, *_ = outputs(plan, given, [Pair(0, 2, "")])
+    assert (peaks.short, peaks.signed) == ("difference (%)", True)
+    assert peaks.values[:3] == pytest.approx([1.0, -3.0, 0.0])
+    _, impulses, *_ = outputs(plan, given, [])
+    assert impulses.short == "normal impulse (mN s)"
+    assert impulses.values == pytest.approx([1040.0, 1000.0, 1000.0, 1000.0])
+
+
+def test_a_row_of_indices_tells_first_order_from_total() -> None:
+    """y = (x1 - 1/2)(x2 - 1/2): all of its variance is of both together."""
+    x = qmc.Sobol(2, rng=np.random.default_rng(3)).random(128)
+    values = np.prod(x - 0.5, axis=1)
+    values[:2] = np.nan
+    (row,) = sensitivities(dict(zip("ab", x.T, strict=True)), [Output("y", "y", values, False)])
+    assert row["scenes"] == "126 of 128"
+    for name in "ab":
+        assert row[f"{name} first"] == pytest.approx(0.0, abs=0.1)
+        assert row[f"{name} total"] == pytest.approx(1.0, abs=0.1)

@@ -283,3 +283,15 @@ def test_assignments_are_toml() -> None:
     assert assignment("a.b", [0.1, True, "µ"]) == 'a.b=[0.1, true, "µ"]'
     table = {"time": [0.0, 0.1], "values": [[1.0], [2]]}
     assert parse_value(assignment("a", table).removeprefix("a="), "a") == table
+
+
+def test_a_grid_over_a_distribution_takes_the_middles_of_equal_shares(tmp_path: Path) -> None:
+    """A distribution's ends may be infinite; a range's are its own."""
+    axes = (
+        '[vary]\n"surface.friction" = { distribution = "uniform", parameters = { scale = 0.6 },'
+        ' count = 3 }\n"tip.restitution" = { low = 0.4, high = 0.8, count = 2 }\n'
+    )
+    text = PLAN.partition("[vary]")[0].replace("number = 4", 'kind = "grid"') + axes
+    found = points_of(read_plan(written(tmp_path, text))).columns
+    assert sorted(set(found["surface.friction"])) == pytest.approx([0.1, 0.3, 0.5])
+    assert sorted(set(found["tip.restitution"])) == [0.4, 0.8]

@@ -55,6 +55,7 @@ from validation.validate.tables import (
     TABLE_2,
     TABLE_3,
     accuracy_against_cost,
+    check_row,
     contact_patches,
     paper_rows,
     shaft_holes,
@@ -469,3 +470,16 @@ def test_an_identification_on_one_mesh_is_not_that_on_three(
         found = ladder_module.identify(load_scene("soft"), meshes, Store(tmp_path))
         assert found == TIP
     assert asked == [1, 3]
+
+
+def test_a_rungs_mesh_has_each_edge_where_it_belongs_and_a_later_arrival_is_positive(
+    make_record: Make,
+) -> None:
+    (tip, growth, section, axial), diameter = CONTACT[0], 0.03
+    fem = load_scene("soft", mesh_keys(CONTACT[0], diameter)[0]).tables.solver.fem
+    assert fem.growth == growth
+    edges = np.array([fem.tip_size, fem.section_size, fem.axial_size])
+    np.testing.assert_allclose(edges / diameter, [tip, section, axial])
+    plain = make_record(model="fem3d")
+    later = plain.with_summary(contact_time_s=1.25 * plain.value("contact_time_s"))
+    assert check_row("one", "fast", plain, later)["contact_time_percent"] == pytest.approx(25.0)

@@ -2,22 +2,27 @@
 
 import json
 import re
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
+from matplotlib.colors import to_rgba
 
 import hcm
 from tests.validation.commands import Capture, Patch
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
+from validation.harness.figures import GREY
 from validation.harness.provenance import provenance
 from validation.harness.store import Store
 from validation.harness.timing import Timed, shortest
-from validation.peers.bar import SIZE_M, box
+from validation.peers.bar import SIZE_M, Bar, BarRun, box
 from validation.scenes.load import load_scene
 from validation.studies.bench import (
     command,
@@ -31,6 +36,7 @@ from validation.studies.bench import (
     truths_anew,
     work_precision,
 )
+from validation.studies.bench.bar import OWN, BarRow
 from validation.studies.bench.kernels import FALL_M_PER_S, falling_block
 from validation.studies.bench.shortcuts import Entry
 from validation.studies.bench.shortcuts import table as ledger_table
@@ -369,3 +375,56 @@ def test_a_point_that_was_timed_for_less_is_timed_again(monkeypatch: Patch, tmp_
         store, solver = Store(tmp_path), hcm_settings.HCM_SOLVER
         measure_settings([setting], solver, budget, store, lambda share, text: None)
     assert budgets == [0.1, 10.0]
+
+
+@contextmanager
+def _unsaved(path: Path, columns: int, rows: int = 1, **_: Any) -> Iterator[Any]:
+    """Panels that are drawn into, and written to no file, which takes seconds."""
+    yield plt.subplots(rows, columns, squeeze=False)[1]
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_times_and_speeds_are_drawn_in_the_units_of_their_axes(
+    tmp_path: Path, monkeypatch: Patch
+) -> None:
+    """A run of 0.25 s, and a bar of 1e6 elements whose steps take us half a second, them one."""
+    monkeypatch.setattr(figures, "panels", _unsaved)
+    point = replace(_solid(0.25, 1e-3, "hcm"), study="tap")
+    figures.work_precision(tmp_path / "w.png", [point])
+    axis = plt.gcf().axes[0]
+    assert axis.get_xlabel() == "time (ms)"
+    assert axis.lines[0].get_xydata().tolist() == [[250.0, 1e-3]]
+    assert axis.lines[-1].get_ydata()[0] == truths.TRUTHS["tap"].own_error
+    figures.both_models(tmp_path / "b.png", [point], {"hcm": truths.TAP, **truths.REFERENCE_TRUTHS})
+    axis = plt.gcf().axes[0]
+    assert axis.get_xlabel() == "time of a run (s)"
+    assert axis.lines[0].get_xydata().tolist() == [[0.25, 1e-3]]
+    bar = Bar((100, 100, 100), 1, 1)
+    rows = [
+        BarRow(code, "1", "", "hexahedron", bar, BarRun(8, seconds, 1e-6, 1e-7, 1))
+        for code, seconds in ((OWN, 0.5), ("theirs", 1.0))
+    ]
+    figures.bar_peers(tmp_path / "p.png", rows)
+    ours, theirs = plt.gcf().axes[0].patches
+    assert (ours.get_width(), theirs.get_width()) == (2.0, 1.0)
+    assert theirs.get_facecolor() == to_rgba(GREY) != ours.get_facecolor()
+
+
+def test_a_steps_time_is_in_us_and_the_larger_half_has_its_own_exponent(
+    monkeypatch: Patch,
+) -> None:
+    """Steps of 2 ms n; then of n us up to 40 elements, the middle one, and of n^2/40 us beyond."""
+
+    def timed(run: int, budget_s: float, least: int) -> Timed[Any]:
+        ended = SimpleNamespace(statistics=SimpleNamespace(steps=100))
+        return Timed(ended, 100 * 2e-3 * run, least)
+
+    monkeypatch.setattr(hcm_speed, "simulation", lambda model, keys: keys)
+    monkeypatch.setattr(hcm_speed, "_overrides", lambda what, size, quick: size)
+    monkeypatch.setattr(hcm_speed, "shortest", timed)
+    sizes = hcm_speed.measure_scaling(True, 0.0, lambda share, text: None)
+    assert [size.step_time_us for size in sizes] == pytest.approx([2e3 * s.size for s in sizes])
+    bent = [replace(s, step_time_us=max(s.size, s.size**2 / 40)) for s in sizes[:7]]
+    for row in hcm_speed.table(bent):
+        assert row["exponent_larger_half"] == pytest.approx(2.0)
+        assert 1.0 < row["exponent"] < 2.0

@@ -5,9 +5,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 
 from validation.errors import UserError
+from validation.harness.figures import GREY, ORANGE
 from validation.harness.record import RunRecord
 from validation.scenes.load import load_scene
 from validation.studies.calibration.command import calibrate
@@ -15,6 +18,7 @@ from validation.studies.calibration.report import (
     ACCURACY_QUANTITIES,
     Row,
     accuracy_kept,
+    draw,
     misses,
     numbers_of,
     table,
@@ -188,3 +192,21 @@ def test_a_run_keeps_its_accuracy_in_the_worst_of_its_numbers() -> None:
               "tight_caution": "", "seconds": (1.0, 1.0)}  # fmt: skip
     found = accuracy_kept([(0, case("hcm", 0, 1e-2), result)])[-1]
     assert (found["within (%)"], found["largest"]) == pytest.approx((0.0, 5.0))
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_true_errors_are_drawn_over_stated_ones_and_misses_stand_out(tmp_path: Path) -> None:
+    found = numbers_of(rows((1.0, 1.5), (1.0, 5.0), (math.inf, 1.0)))
+    draw(tmp_path / "c.png", found, {"peak": "peak force"})
+    same, twice, kept, missed = plt.gcf().axes[0].lines
+    for line, times in ((same, 1.0), (twice, 2.0)):
+        assert line.get_ydata() == pytest.approx(times * line.get_xdata())
+    assert kept.get_xydata() == pytest.approx(np.array([[0.01, 0.015], [10.0, 0.01]]))
+    assert missed.get_xydata() == pytest.approx(np.array([[0.01, 0.05]]))
+    assert (kept.get_color(), missed.get_color()) == (GREY, ORANGE)
+    # falls and driven, and the third scene, tilted, whose error is not known
+    counted = {row["quantity"]: row for row in table(found)}
+    shares = [counted[f"of scenes: {kind}"]["share (%)"] for kind in KINDS[:3]]
+    assert shares == [0.0, 100.0, 0.0]
+    assert counted["all"]["share (%)"] == pytest.approx(100.0 / 3.0)
+    assert counted["all"]["nothing stated"] == 1

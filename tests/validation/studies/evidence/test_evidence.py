@@ -10,10 +10,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from matplotlib import pyplot as plt
 
 import reference_fem
 from tests.validation.commands import Patch, Run, asking
-from validation.harness.figures import panels
+from validation.harness.figures import GREEN, ORANGE, panels
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence import (
@@ -21,6 +22,7 @@ from validation.studies.evidence import (
     command,
     hertz_ball,
     measured_ball,
+    oblique_ball,
     pendulum,
     report,
     taps,
@@ -398,3 +400,92 @@ def test_a_measured_balls_losses_are_known_to_their_whole_share() -> None:
         assert row.ours is not None
         assert row.ours_error is not None
         assert 100.0 * row.ours_error / row.ours == pytest.approx(lost)
+
+
+def test_a_slow_balls_largest_numbers_are_hertzs() -> None:
+    """Depth (15 m v^2/(16 E* sqrt R))^(2/5), force 4/3 E* sqrt(R) d^1.5, 2.9432 d/v."""
+    radius, speed = hertz_ball.RADIUS, hertz_ball.SPEED
+    mass = 4 / 3 * math.pi * radius**3 * hertz_ball.DENSITY
+    modulus = hertz_ball.YOUNG / (1 - hertz_ball.POISSON**2)
+    depth = (15 / 16 * mass * speed**2 / (modulus * radius**0.5)) ** 0.4
+    wanted = [1e6 * depth, 4 / 3 * modulus * radius**0.5 * depth**1.5, 1e6 * 2.9432 * depth / speed]
+    found = list(hertz_ball.rows("hcm", False, quiet, Store(None)))
+    assert [row.unit for row in found] == ["um", "N", "us"]
+    assert [row.ours for row in found] == pytest.approx(wanted, rel=1e-3)
+
+
+def test_a_patchs_limit_is_known_to_its_curve_and_its_mesh(monkeypatch: Patch) -> None:
+    """y = 1 + 0.1 h + 5 (a/R)^2: the line's limit is off by its curve, and by 0.1 h at h = 1.5."""
+
+    def solved(speed: float, x: float, poisson: float, coarser: float) -> Bounce:
+        patch = math.sqrt(hertz(speed, poisson)[0])
+        spun = 1.0 + 0.1 * coarser + 5.0 * patch**2
+        return Bounce(*np.zeros((3, 1)), patch=patch, spin=spun)
+
+    monkeypatch.setattr(oblique_ball, "by_elements", solved)
+    first, *_ = oblique_ball.limit_rows(quiet, Store(None))
+    assert first.ours is not None
+    assert first.ours_error == pytest.approx(abs(first.ours - 1.15) + 0.15, rel=1e-6)
+    assert abs(first.ours - 1.15) > 1e-3
+
+
+def test_a_grid_of_second_order_is_extrapolated_to_none(monkeypatch: Patch) -> None:
+    """PyElastica's tip at 0.3 m + 8/n^2: 3 times nearer to it than to half as many elements."""
+    pytest.importorskip("elastica")
+    from validation.peers import pyelastica_pendulum
+
+    places = np.full((len(pendulum.TIMES), 2), 0.3)
+    monkeypatch.setattr(pyelastica_pendulum, "swing", lambda *given: places + 8.0 / given[-2] ** 2)
+    monkeypatch.setattr(pendulum, "by_hcm", lambda young, count: places)
+    for row in pendulum.rows(quiet, Store(None)):
+        assert row.outside == pytest.approx(0.3)
+        assert row.outside_error == pytest.approx(8.0 / pendulum.THEIRS[-1] ** 2)
+
+
+def test_an_angle_of_leaving_is_known_to_its_reading_in_degrees(monkeypatch: Patch) -> None:
+    """1.2 degrees, and 0.9 of the arrival through d(phi)/d(alpha) where all slips."""
+    point = (70.460, 66.903)
+    monkeypatch.setattr(measured_ball, "POINTS", (point,))
+    (row,) = measured_ball.rows(quiet, Store(None))
+    arrives, leaves = (math.radians(degrees) for degrees in point)
+    slope = math.cos(leaves) ** 2 / math.cos(arrives) ** 2 / measured_ball.RESTITUTION
+    assert row.unit == "deg"
+    assert row.outside_error == pytest.approx(math.hypot(1.2, 0.9 * slope), rel=0.1)
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_the_hierarchys_bars_reach_to_both_sides_of_a_difference(tmp_path: Path) -> None:
+    """5 % +- 2.5 % of hcm differs, 1 % +- 2.5 % of the reference agrees."""
+    given = ROW, replace(ROW, ours=2.02, model="fem3d")
+    report.draw_hierarchy(tmp_path / "h.png", [Shown(piece(lambda *_: []), given)])
+    bars = [line for line in plt.gcf().axes[0].lines if len(line.get_xdata()) == 2][:2]
+    points = [line for line in plt.gcf().axes[0].lines if len(line.get_xdata()) == 1]
+    known = [row.verdict.uncertainty for row in given if row.verdict and row.verdict.uncertainty]
+    for bar, e, u, color in zip(bars, (5.0, 1.0), known, (ORANGE, GREEN), strict=True):
+        assert bar.get_xdata() == pytest.approx([e - u, e + u])
+        assert bar.get_color() == color
+    assert [point.get_marker() for point in points] == ["o", "s"]
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_fields_difference_is_red_where_ours_is_more(tmp_path: Path, monkeypatch: Patch) -> None:
+    """In the plane of symmetry theirs are 1 and 3 MPa, ours 2 and 3 MPa."""
+    corners = tuple((float(x), y) for x, y in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    other = tuple((x + 1, y) for x, y in corners)
+    own = replace(OWN, cut=(0, 1), corners_mm=(corners, other))
+    monkeypatch.setattr(report, "calculix_tap", lambda *given: STOPPED)
+    monkeypatch.setattr(report, "reference_tap", lambda *given: own)
+    report.draw_field(tmp_path / "f.png", TAP, Store(None))
+    theirs, ours, apart = (axis.collections[0] for axis in plt.gcf().axes[:3])
+    for shown, values in ((theirs, [1.0, 3.0]), (ours, [2.0, 3.0]), (apart, [1.0, 0.0])):
+        np.testing.assert_allclose(shown.get_array(), values)
+    red, _, blue, _ = apart.to_rgba([1.0])[0]
+    assert red > blue
+
+
+def test_a_curves_rms_is_in_percent_of_its_peak(monkeypatch: Patch) -> None:
+    """Of 8, 10 and 4 N ours differ by 1 N once: 1/sqrt(3) of 10 N."""
+    monkeypatch.setattr(taps, "calculix_tap", lambda *given: STOPPED)
+    monkeypatch.setattr(taps, "reference_tap", lambda *given: OWN)
+    peak, *_ = taps.rows(TAP, quiet, Store(None))
+    assert "10 and 11 N; RMS of the curve 5.8 %;" in peak.remark

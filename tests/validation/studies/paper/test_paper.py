@@ -304,3 +304,23 @@ def test_driven_scenes_keep_their_energy(scene: str) -> None:
     run = solve_case(Case("coarse", scene, ("finger.elements=5",)))
     assert run.record.ok
     assert run.record.value("energy_residual") < 1e-5
+
+
+def test_the_common_factor_is_known_to_the_scatter_over_its_effect(monkeypatch: Patch) -> None:
+    """Arrivals 1 % late, 1 % early and in time at 7e-5, each 10 % earlier for each 1e-5 more:
+    s^2 = 2e-4/(3 - 1), |J|^2 = 3 (0.1/1e-5)^2.
+    """
+    printed = printed_arrivals()
+    off = dict(zip(printed, (0.01, -0.01, 0.0), strict=True))
+
+    def arrival(run: tuple[str, float]) -> float:
+        scene, factor = run
+        return printed[scene] * (1.0 + off[scene] - 0.1 * (factor - 7e-5) / 1e-5)
+
+    monkeypatch.setattr(torque_factor, "flight", lambda scene, factor, _: (scene, factor))
+    monkeypatch.setattr(torque_factor, "solve_cases", lambda cases, *_: {c: c for c in cases})
+    monkeypatch.setattr(torque_factor, "arrival_time", arrival)
+    found = torque_factor.common_factor(None)
+    assert found.factor == pytest.approx(7e-5, rel=1e-4)
+    assert found.uncertainty == pytest.approx(1e-2 / (3**0.5 * 0.1 / 1e-5), rel=1e-3)
+    assert found.misfit_percent == pytest.approx((2 / 3) ** 0.5, rel=1e-3)

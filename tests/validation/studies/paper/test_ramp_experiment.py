@@ -13,6 +13,7 @@ from validation.studies.paper import ramp_outcome
 from validation.studies.paper.ramp_experiment import (
     GRID,
     Choice,
+    Exclusion,
     Solved,
     corners,
     driven_ids,
@@ -24,7 +25,7 @@ from validation.studies.paper.ramp_experiment import (
     sides,
     solve_choice,
 )
-from validation.studies.paper.ramp_outcome import closest, kept_outcome, sentence
+from validation.studies.paper.ramp_outcome import between, closest, kept_outcome, sentence
 
 STRESS, AT = "F14.5", 7.1e-5  # the row that made-up readings deviate in, where they do not
 
@@ -114,3 +115,16 @@ def test_the_command_prints_rows_and_the_closest(
     assert "all 20 rows: 0; most," in text
     assert "F16.4:" in text
     assert '"agreeing"' in fingertap("identify", "ramp", "--json").out
+
+
+def test_what_is_excluded_is_the_rest_of_what_is_left() -> None:
+    """An eighth of a cell of the grid is left; the other cells and its other eighths are not."""
+    cells = ["".join(map(str, at)) for at in product(*(range(len(grid) - 1) for grid in GRID))]
+    excluded = (*cells[1:], *(f"{cells[0]}{octant}" for octant in range(1, 8)))
+    left = f"{cells[0]}0"
+    text = between(Exclusion({STRESS: excluded}, (left,), 9, 0))
+    first = np.prod([grid[1] - grid[0] for grid in GRID])
+    whole = np.prod([grid[-1] - grid[0] for grid in GRID])
+    assert f"{100 * (1 - first / 8 / whole):.6g} % of the range, are excluded" in text
+    ramp, relaxation = (0.5 * (grid[0] + grid[1]) for grid in GRID[:2])
+    assert f"relaxation below {1e6 * relaxation:.3g} us and ramp below {1e3 * ramp:.3g} ms" in text

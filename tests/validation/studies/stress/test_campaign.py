@@ -5,7 +5,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
+from matplotlib import pyplot as plt
+from matplotlib.colors import to_rgba
 
 from tests.validation.commands import Patch, Run
 from tests.validation.studies.stress.taps import TAP
@@ -16,7 +19,15 @@ from validation.studies.campaign import Case, run_cases, verdict_inputs
 from validation.studies.stress import command
 from validation.studies.stress.hcm.judge import judge_by_laws, judge_by_tighter_run
 from validation.studies.stress.hcm.maps import hcm_maps
-from validation.studies.stress.report import limit, table_rows, write_map, write_stress_page
+from validation.studies.stress.report import (
+    COLORS,
+    _where,
+    draw_map,
+    limit,
+    table_rows,
+    write_map,
+    write_stress_page,
+)
 from validation.studies.stress.stability_map import Answer
 
 
@@ -136,3 +147,24 @@ def test_options_that_would_be_ignored_are_refused(
 ) -> None:
     assert ignored in fingertap(*given, "--out", tmp_path).refusal
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_cell_has_its_answers_colour_at_its_place(tmp_path: Path) -> None:
+    """All answers in their order from left to right below, and in the other order above."""
+    whole = next(m for m in hcm_maps(quick=True) if m.name == "stiffness-step")
+    along = tuple(float(x) for x in range(len(Answer)))
+    wanted = replace(whole, axes={"x": along, "y": (4.0, 5.0)})
+    answers = [*Answer], [*reversed(Answer)]
+    draw_map(tmp_path / "m.png", wanted, [{"answer": a} for row in answers for a in row], "")
+    axis = plt.gcf().axes[0]
+    assert (axis.get_xlabel(), axis.get_ylabel()) == ("x", "y")
+    (image,) = axis.images
+    assert image.origin == "lower"
+    colors = [[to_rgba(COLORS[answer]) for answer in row] for row in answers]
+    np.testing.assert_allclose(image.to_rgba(image.get_array()), colors)
+
+
+def test_what_mostly_limits_a_map_leaves_out_both_ends() -> None:
+    """The middle eighteen of twenty cells are those of 5: two lie elsewhere."""
+    assert _where("a size (m)", range(10), [0, *[5] * 18, 9]) == "a size 5"

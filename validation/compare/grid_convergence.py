@@ -42,12 +42,12 @@ class Convergence:
     @property
     def verdict(self) -> str:
         """The result in words."""
+        known = f"{100 * self.uncertainty:.2g} %"
         if self.fitted:
-            share = 100 * self.uncertainty
-            return f"order {self.order:.2f} by least squares, uncertainty {share:.2f} %"
+            return f"order {self.order:.2f} by least squares, uncertainty {known}"
         if self.asymptotic:
-            return f"order {self.order:.2f}, GCI {100 * self.uncertainty:.2f} %"
-        return f"not asymptotic, spread {100 * self.spread:.2f} %"
+            return f"order {self.order:.2f}, GCI {known}"
+        return f"not asymptotic, spread {known}"
 
 
 def observed_order(sizes: Sequence[float], values: Sequence[float]) -> float | None:

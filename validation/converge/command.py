@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from validation.converge import verdicts
-from validation.converge.refinement_runs import LevelRuns
+from validation.converge.refinement_runs import OF_MESH, LevelRuns, Values
 from validation.converge.refinements import (
     NO_ACCURACY,
     PRESET_KEY,
@@ -36,18 +36,27 @@ from validation.scenes.solver_tables import SIZES
 def run_levels(
     runs: LevelRuns, wanted: Sequence[Refinement], progress: Progress
 ) -> tuple[list[RefinedRuns], list[str]]:
-    """Run every level; returns their values, and the names and errors of levels that failed."""
+    """Run every level; returns their values, and the names and errors of levels that failed.
+
+    One whose mesh is that of the level before fails, too: it would say that both are converged.
+    """
     results, failures = [], []
     done, total = itertools.count(), sum(len(refinement.levels) for refinement in wanted)
     for refinement in wanted:
-        found = {}
+        found: dict[float, Values] = {}
         for size, overrides in refinement.levels.items():
             text = f"{refinement.name}: {refinement.size_name} {size:.3g}"
             progress(next(done) / total, text)
             try:
-                found[size] = runs.run(overrides)
+                values = runs.run(overrides)
             except RunFailedError as error:
                 failures.append(f"{text}: {error}")
+                continue
+            last = next(reversed(found.values()), {})
+            if refinement.of_mesh and all(values[key] == last.get(key) for key in OF_MESH):
+                failures.append(f"{text}: its mesh is that of the level before")
+                continue
+            found[size] = values
         results.append(RefinedRuns(refinement, found))
     return results, failures
 
@@ -110,9 +119,13 @@ def run_converge(
                     preset = runs.run({PRESET_KEY: "converged", **NO_ACCURACY})
                 except RunFailedError as error:
                     failures.append(f"preset converged: {error}")
+        (folder / verdicts.STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
+        number = sum(len(refinement.levels) for refinement in wanted)
+        failed = f"{len(failures)} of {number} levels failed; the first: {' '.join(failures[:1])}"
+        if not any(found.values for found in results):
+            raise RunFailedError(failed)
         title = f"{runs.scene.name} finger, {model}"
         convergences = verdicts.judged(results)
-        (folder / verdicts.STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
         write_table(folder, "levels", table_of(verdicts.level_rows(results)), f"Runs of {title}")
         names = [refinement.name for refinement in wanted]
         of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences, names)
@@ -146,7 +159,7 @@ def run_converge(
             f" solver.fem.{min(stated)}, which takes precedence"
         )
     if failures:
-        raise RunFailedError(f"{len(failures)} levels failed: {'; '.join(failures)}")
+        raise RunFailedError(failed)
 
 
 def _with_error(entry: Quantity, value: float, error: float) -> str:

@@ -20,6 +20,7 @@ KEPT = (
     *("peak_normal_force_time_s", "peak_tangential_force_N", "peak_stress_R_Pa"),
     *("energy_residual", "elements", "time_step_s", "steps", "wall_time_s"),
 )
+OF_MESH = ("elements", "time_step_s")
 PEAKS = ("peak_normal_force_N", "peak_normal_force_time_s", "peak_tangential_force_N")
 CAUTIONS = "cautions"
 Values = dict[str, float | str | None]
@@ -42,6 +43,13 @@ class LevelRuns:
                 f"scene {self.scene.name}: solver.fem.mesh = {show(read)}: a mesh from a file"
                 " cannot be refined; leave it out"
             )
+        for key, (chosen, _) in solid_inputs.NEEDED.items():
+            value = getattr(self.scene.tables.solver.fem, key)
+            if chosen == "contact" and value is not None:
+                raise UserError(
+                    f"scene {self.scene.name}: solver.fem.{key} = {value:g}: a convergence study"
+                    " sets contact laws and their numbers itself; leave it out"
+                )
         try:
             self._start = solid_mesh.impact_state(self.scene.tables, self._dimension)
         except ValueError as error:
@@ -63,9 +71,9 @@ class LevelRuns:
         tables = load_scene(self._source, (*self._given, *texts)).tables
         start = scene_inputs(self.scene.tables, self._model)
         inputs = run_inputs(tables, self._model, __name__, impact_state_of=start)
-        return self._store.obtain(inputs, Values, lambda: self._simulate(tables, level))
+        return self._store.obtain(inputs, Values, lambda: self._simulate(tables))
 
-    def _simulate(self, tables: Scene, level: LevelKeys) -> Values:
+    def _simulate(self, tables: Scene) -> Values:
         import reference_fem
         from reference_fem.cautions import SPIKED
 
@@ -80,7 +88,7 @@ class LevelRuns:
             reference_fem.simulate(*given, start=self._start, flight_mesh=light)
         )
         if result.status is not reference_fem.Status.COMPLETED:
-            raise RunFailedError(f"scene {self.scene.name}, {dict(level)}: {result.message}")
+            raise RunFailedError(f"scene {self.scene.name}: {result.message}")
         values: Values = {key: plain(getattr(result.summary, key)) for key in KEPT}
         if any(text.startswith(SPIKED) for text in result.cautions):
             values |= dict.fromkeys(PEAKS)  # of a step or an element: it has no limit

@@ -15,6 +15,9 @@ TIP_PRESSED = "mesh: tip, surface pressure"
 # the contact patch, and their growth from one to the next beyond EVEN times that radius.
 SECTION, AXIAL = 0.736e-3, 0.76e-3
 TIP, GROWTH, EVEN = 0.2, 1.15, 1.3
+# Edges of the tip are at most this share of the section's: a tip of longer ones is meshed evenly,
+# with the section's, whatever its level asks for.
+BELOW_SECTION = 0.95
 
 LevelKeys = Mapping[str, float | str]
 PRESET_KEY = "solver.fem.preset"
@@ -37,6 +40,11 @@ class Refinement:
     order: float
     levels: Mapping[float, LevelKeys]
 
+    @property
+    def of_mesh(self) -> bool:
+        """Whether each level has a mesh of its own."""
+        return self.name in (TIP_MESH, TIP_PRESSED, SHAFT_MESH)
+
 
 def mesh_sizes(
     scale: float, shaft: float, tip_size: float, growth: float, patch_size: float = 0.0
@@ -58,27 +66,30 @@ def refinements(scale: float, patch: float, quick: bool) -> tuple[Refinement, ..
     shaft is refined with a fine tip throughout: with a coarse one, which the section's own edges
     cut in two, it would show the tip's error. The step's error hardly depends on the mesh.
     If the tip's edges are split in two, their size is halved and their growth is its square root:
-    only with both, not with the size alone, does the graded part converge too.
+    only with both, not with the size alone, does the graded part converge too. On a patch so large
+    that its shares would exceed `BELOW_SECTION` on any level, all of the tip's edges are shorter.
 
     scale : the finger's diameter over 15 mm
     patch : predicted radius of the contact patch, m
     quick : coarser and fewer levels: takes minutes, with a wider error bar
     """
-
-    def sizes(shaft: float, tip: float) -> dict[str, float | str]:
-        alone = {PRESET_KEY: "contact", **NO_ACCURACY, "solver.fem.contact": "impulse"}
-        own = mesh_sizes(scale, shaft, tip * TIP * patch, GROWTH**tip, EVEN * patch)
-        return {**alone, **own}
-
     # Size of the tip where something else is refined.
     for_shaft, for_penalty, for_step = (2.0 * ROOT,) * 3 if quick else (ROOT, 2.0, 2.0)
     # On edges above 0.4 of the patch's radius the peak scatters by 2 % and shows no trend.
     tips = (4.0, 2.0 * ROOT, 2.0) if quick else (2.0, 2.0**0.75, ROOT, 2.0**0.25, 1.0)
     shafts = (2.0 * ROOT, 2.0, ROOT) if quick else (2.0 * ROOT, 2.0, ROOT, 1.0)
+    shortest = min(2.0 / max(*tips, for_penalty, for_step), min(shafts) / for_shaft)
+    edge = min(TIP * patch, BELOW_SECTION * scale * SECTION * shortest)
+
+    def sizes(shaft: float, tip: float) -> dict[str, float | str]:
+        alone = {PRESET_KEY: "contact", **NO_ACCURACY, "solver.fem.contact": "impulse"}
+        own = mesh_sizes(scale, shaft, tip * edge, GROWTH**tip, EVEN * patch)
+        return {**alone, **own}
+
     factors = (100.0, 300.0, 1000.0) if quick else (100.0, 300.0, 1000.0, 3000.0)
     steps = (0.9, 0.45, 0.225)
     surface: dict[str, float | str] = {"solver.fem.contact": "surface"}
-    tip = {1e3 * t * TIP * patch: sizes(2.0, t) for t in tips}
+    tip = {1e3 * t * edge: sizes(2.0, t) for t in tips}
     pressed = {size: {**keys, **surface} for size, keys in tip.items()}
     shaft = {1e3 * scale * SECTION * s: sizes(s, for_shaft) for s in shafts}
     pressure = {**sizes(2.0, for_penalty), **surface}

@@ -160,7 +160,10 @@ def preset_uncertainties(folder: Path, tables: Scene) -> dict[str, float]:
         why = "was made by other code or libraries" if older else "is damaged"
         say(f"{folder}: the study {why} and is left out; fingertap converge makes it anew")
         return {}
-    table = pd.read_csv(path)
+    try:
+        table = pd.read_csv(path)
+    except pd.errors.EmptyDataError:  # no refinement has three levels
+        return {}
     known = {entry.key for entry in COMPARED}
     shares = table[table["refinement"] == PRESET].set_index("quantity")["uncertainty_percent"]
     return {key: 0.01 * float(share) for key, share in shares.dropna().items() if key in known}

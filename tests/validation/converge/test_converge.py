@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from matplotlib import pyplot as plt
 
+import meshes
 import reference_fem
 from reference_fem.cautions import SPIKED
 from tests.validation.commands import Run, asking
@@ -34,6 +35,8 @@ from validation.harness.store import VALUES
 from validation.models import solid_inputs
 from validation.models.solid_mesh import sizing_of
 from validation.scenes.load import load_scene
+
+FINGER = meshes.FingerGeometry((0.05, 0.04, 0.03), (0.015,) * 3)
 
 
 def test_refinements_change_one_thing_each() -> None:
@@ -130,10 +133,10 @@ def test_a_peak_that_is_a_spike_has_no_limit(
     tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Halving the step doubles it: of nodes that the impulse law stops in a run's first step."""
-    numbers = dict.fromkeys(KEPT, 1.0)
+    numbers, elements = dict.fromkeys(KEPT, 1.0), itertools.count()
 
     def solved(*_: Any, **__: Any) -> Any:
-        summary = SimpleNamespace(**numbers)
+        summary = SimpleNamespace(**numbers | {"elements": next(elements)})
         cautions = (f"{SPIKED}: use another law", "it is wet")
         return SimpleNamespace(
             status=reference_fem.Status.COMPLETED, summary=summary, cautions=cautions
@@ -146,6 +149,58 @@ def test_a_peak_that_is_a_spike_has_no_limit(
     assert f"finest: {SPIKED}: use another law; it is wet" in ended.err
     table = pd.read_csv(tmp_path / "converge" / "soft-fem2d-quick" / "convergence.csv")
     assert set(table["quantity"]) == {"normal_impulse_N_s", "contact_duration_s"}
+
+
+@pytest.mark.parametrize("quick", [False, True])
+@pytest.mark.parametrize("patch", [5e-4, 2e-3, 3e-3, 7e-3])
+def test_no_two_levels_have_one_mesh(patch: float, quick: bool) -> None:
+    """On patches from a quarter of R on the tip's edges were longer than the section's, and both
+    levels had the section's alone.
+    """
+    for refinement in refinements(1.0, patch, quick):
+        counts = []
+        for keys in refinement.levels.values():
+            assert keys["solver.fem.tip_size"] < keys["solver.fem.section_size"]
+            sizing, _ = sizing_of(
+                load_scene("soft", [f"{k}={v!r}" for k, v in keys.items()]).tables, 3
+            )
+            counts.append(meshes.count_elements(FINGER, sizing, 3))
+        rising = all(one < other for one, other in itertools.pairwise(counts))
+        assert rising if refinement.of_mesh else len(set(counts)) == 1
+
+
+def test_levels_that_fail_leave_no_tables(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They were empty, and the reason stood fifteen times in one line."""
+    result = SimpleNamespace(status=reference_fem.Status.UNSTABLE, message="it burst")
+    monkeypatch.setattr(reference_fem, "simulate", lambda *_, **__: result)
+    ended = fingertap("converge", "soft", "--model", "fem2d", "--quick", "--out", tmp_path)
+    assert "15 of 15 levels failed; the first: mesh: tip: edge at the contact, mm" in ended.err
+    assert ended.err.count("scene soft: it burst") == 1
+    assert not [*(tmp_path / "converge" / "soft-fem2d-quick").glob("*.*")]
+
+
+def test_a_mesh_that_is_the_level_befores_is_no_level(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    summary = SimpleNamespace(**dict.fromkeys(KEPT, 1.0))
+    result = SimpleNamespace(status=reference_fem.Status.COMPLETED, summary=summary, cautions=())
+    monkeypatch.setattr(reference_fem, "simulate", lambda *_, **__: result)
+    ended = fingertap("converge", "soft", "--model", "fem2d", "--quick", "--out", tmp_path)
+    assert "6 of 15 levels failed" in ended.err
+    assert "its mesh is that of the level before" in ended.err
+    table = pd.read_csv(tmp_path / "converge" / "soft-fem2d-quick" / "convergence.csv")
+    assert set(table["refinement"]) == {PENALTY, "step"}
+
+
+@pytest.mark.parametrize("given", ["surface_factor=300", "contact_damping=0"])
+def test_a_number_of_a_contact_law_is_refused(given: str) -> None:
+    """A scene that states its law too was told to set that law."""
+    texts = ["solver.fem.contact='surface'", f"solver.fem.{given}"]
+    said = given.replace("=", " = ") + ": a convergence study sets contact laws and their numbers"
+    with pytest.raises(UserError, match=said):
+        LevelRuns("soft", texts, "fem2d", asking({})[0])
 
 
 @pytest.mark.slow
@@ -213,6 +268,8 @@ def test_what_is_printed_is_in_the_unit_of_its_number(
 ) -> None:
     """100 + (edge/0.1 mm)^2 N: GCI 1.25 N at 101 N. The preset's 102 N: its 2 %, and twice GCI."""
 
+    elements = itertools.count()
+
     class Levels:
         scene, patch = load_scene("soft"), 5e-4
 
@@ -220,7 +277,8 @@ def test_what_is_printed_is_in_the_unit_of_its_number(
             peak = 102.0
             if "solver.fem.tip_size" in level:
                 peak = 100.0 + (float(level["solver.fem.tip_size"]) / 1e-4) ** 2
-            return dict.fromkeys((entry.key for entry in OF_A_TAP), peak) | {CAUTIONS: ""}
+            another = {"elements": next(elements), "time_step_s": 1e-7, CAUTIONS: ""}
+            return dict.fromkeys((entry.key for entry in OF_A_TAP), peak) | another
 
     monkeypatch.setattr(command, "LevelRuns", lambda *_: Levels())
     monkeypatch.setattr(command, "draw", lambda *_: None)

@@ -167,6 +167,10 @@ def test_study_of_convergence_is_read_where_it_is_whole(
         write_json(tmp_path / "scene.json", older)
         assert preset_uncertainties(tmp_path, tables) == {}
         assert "was made by other code" in capsys.readouterr().err
+    path.write_text("\n")  # of a study without three levels of anything
+    write_json(tmp_path / "scene.json", study_of(tables, "fem3d", path))
+    assert preset_uncertainties(tmp_path, tables) == {}
+    assert capsys.readouterr().err == ""
     for text in ("{", "[]"):
         (tmp_path / "scene.json").write_text(text)
         assert preset_uncertainties(tmp_path, tables) == {}

@@ -12,6 +12,7 @@ from validation.harness.provenance import cores
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.tables import write_table
+from validation.harness.uncertainty import with_error
 from validation.models.adapter import Progress, part
 from validation.runs.execute import Job, in_fresh_process
 from validation.studies.paper.case_runs import solve_cases
@@ -104,5 +105,5 @@ def run_paper(*, out: Path = Path("out"), reference: bool = True, fresh: Fresh =
     output("; ".join(f"{verdict}: {count}" for verdict, count in counts(rows).items()))
     output(f"rows that concern hcm: {settled} of {total} reproduced or self-contradicting")
     factor = found.common
-    output(f"t_3 factor: {factor.factor:.4g} +- {factor.uncertainty:.2g} N m per printed unit")
+    output(f"t_3 factor: {with_error(factor.factor, factor.uncertainty)} N m per printed unit")
     output(f"page: {page}")

@@ -4,8 +4,6 @@ The torques act suddenly on a finger without damping, which then rings at every 
 mesh. Readings that depend on that ringing are given with their variations (`cases`).
 """
 
-from functools import partial
-
 from validation.compare.claims import Claim, read_claims
 from validation.studies.paper import readings
 from validation.studies.paper.case_runs import CaseRun
@@ -101,9 +99,8 @@ def driven_findings(runs: CaseRuns, found: IdentifiedTorque) -> dict[str, Findin
             f"at contact the hinges lie {'below' if readings.concave(runs[case]) else 'above'}"
             " the line from the fixed hinge to the tip"
         )
-    as_drawn = partial(readings.largest_deflection, drawn=True)
     for id_, case in (("F15.1", TWO), ("F15.2", THREE)):
-        drawn = readings.over_case_1(case, as_drawn)(runs, "")
+        drawn = readings.over_case_1(case, readings.drawn_deflection)(runs, "")
         reasons[id_] += f"; at the instants that fig. 15 draws {drawn:.4g}"
     late = "; ".join(
         f"{c}: {'yes' if readings.deflection_peaks_after_first_restitution(runs[c]) else 'no'},"
@@ -111,7 +108,7 @@ def driven_findings(runs: CaseRuns, found: IdentifiedTorque) -> dict[str, Findin
         " the contact"
         for c in (ONE, TWO, THREE)
     )
-    reasons["F15.3"] = f"among the instants that fig. 15 draws; {late}"
+    reasons["F15.3"] = f"among the contact's events; {late}"
     for id_, case in (("F16.1", ONE), ("F16.2", TWO)):
         _, velocity = readings.particle_velocity(runs[case])
         reasons[id_] = f"V_P between {velocity.min():.2f} and {velocity.max():.2f} m/s"

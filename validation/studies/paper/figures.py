@@ -13,9 +13,15 @@ import numpy as np
 from validation.compare.figures import mesh_figure, overlay_figure
 from validation.harness.figures import COLORS, GREY, label, panels
 from validation.harness.record import RunRecord
-from validation.studies.paper.case_runs import CaseRun
 from validation.studies.paper.cases import POSTURE_TIMES, PRINTED_TORQUES, friction_case
-from validation.studies.paper.readings import THREE, CaseRuns, curve, particle_velocity, window
+from validation.studies.paper.readings import (
+    THREE,
+    CaseRuns,
+    curve,
+    drawn_postures,
+    particle_velocity,
+    window,
+)
 
 SCENES = ("hard", "soft")
 TIME = "$t - t_c$ (ms)"
@@ -81,7 +87,6 @@ def figure_12(path: Path, runs: CaseRuns) -> None:
 
 CASES = [(name, f"case {name[-1]}") for name in PRINTED_TORQUES]
 HEIGHT = 0.1  # m, of the first hinge above the surface
-SHARE = 0.05
 # Inside the factor's uncertainty case 3 has two kinds of contact: the other one is drawn too.
 OTHER_FACTOR = ("driven-3 case 2 alone", "case 3, factor of case 2 alone")
 DRAWN_TWICE = (THREE, OTHER_FACTOR[0])
@@ -111,30 +116,15 @@ def figure_14(path: Path, runs: CaseRuns) -> None:
         draw_forces_and_stress(forces, stress, runs, [*CASES, OTHER_FACTOR], "ab")
 
 
-def _drawn_events(run: CaseRun) -> list[int]:
-    """Indices of contact, separation, and the reversals that separate peaks of Fn.
-
-    A peak stands out by at least `SHARE` of the largest force; smaller ones are ripples.
-    """
-    from scipy.signal import find_peaks
-
-    time, force = curve(run, "normal_force_N")
-    least = SHARE * float(force.max())
-    turns = [time[find_peaks(side, prominence=least)[0]] for side in (force, -force)]
-    wanted = window(run)[0] + np.sort(np.concatenate([[0.0, time[-1]], *turns]))
-    instants = np.array([event.time_s for event in run.record.events])
-    return [int(np.abs(instants - t).argmin()) for t in wanted]
-
-
 def figure_15(path: Path, runs: CaseRuns) -> None:
     """Bending deflection of the third phalanx at contact, reversals and separation."""
     with panels(path, 3, width=3.6) as (axes,):
         for axis, (name, legend) in zip(axes, CASES, strict=True):
             run = runs[name]
             start, _ = window(run)
-            for letter, i in zip(ascii_uppercase, _drawn_events(run), strict=False):
-                axial, deflection = run.event_postures[i].deflection(2)
-                moment = 1e3 * (run.record.events[i].time_s - start)
+            for letter, posture in zip(ascii_uppercase, drawn_postures(run), strict=False):
+                axial, deflection = posture.deflection(2)
+                moment = 1e3 * (posture.time_s - start)
                 axis.plot(-axial, 1e3 * deflection, label=f"{letter}: {moment:.3f} ms")
             label(axis, legend, "axial position (m), tip at the left", "deflection (mm)")
 
@@ -164,7 +154,7 @@ FIGURES: dict[str, tuple[str, Callable[[Path, CaseRuns], None]]] = {
                figure_15),
     "fig-16": ("Fig. 16: tangential velocity of the contact particle P", figure_16),
 }  # fmt: skip
-FIGURE_9 = "Fig. 9: reduced model against the ls-dyna-like reference (other model)"
+FIGURE_9 = "Fig. 9: reduced model", " against the ls-dyna-like reference (other model)"
 
 
 def draw_figures(
@@ -173,7 +163,8 @@ def draw_figures(
     """Draw all figures; returns paths and captions. references : the reference's runs by scene."""
     own = [replace(runs[scene].record, variant="") for scene in SCENES]
     overlay_figure(folder / "fig-09.png", [*own, *references.values()], (), SCENES)
-    captions = {"fig-09": FIGURE_9}
+    own_caption, against = FIGURE_9
+    captions = {"fig-09": own_caption + against * bool(references)}
     for name, (caption, draw) in FIGURES.items():
         draw(folder / f"{name}.png", runs)
         captions[name] = caption

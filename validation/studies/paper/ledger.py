@@ -19,7 +19,7 @@ VERDICTS = (REPRODUCED, CLOSE, CONTRADICTS, NOT_REPRODUCED, INCOMPARABLE, NOT_JU
 
 SAME_PERCENT = 1.0
 CLOSE_PERCENT = 5.0
-REFERENCE_ROWS = frozenset(("T2.5", "T2.6", "T2.7", "T2.8", "T3.3", "T3.4", "T3.7", "T3.8"))
+REFERENCE_ROWS = frozenset(("T2.5", "T2.6", "T2.7", "T2.8", "T3.3", "T3.4", "T3.7", "T3.8", "A.2"))
 # errors against a run that is not available, and another machine's time and memory
 INCOMPARABLE_ROWS = frozenset(
     [*(f"T2.{row}" for row in (9, 10, 11)), *(f"T3.{row}" for row in range(1, 9))]

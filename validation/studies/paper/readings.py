@@ -20,6 +20,7 @@ ONE, TWO, THREE = PRINTED_TORQUES
 # phase shorter than this share of the contact, is thinner than a printed line: it is located, but
 # not counted.
 VISIBLE = 0.005
+PEAK_SHARE = 0.05  # of the largest force, by which a peak of fig. 15 stands out
 
 
 def scalar(run: CaseRun, key: str) -> float:
@@ -133,29 +134,49 @@ def deflection(posture: Posture) -> float:
     return abs(float(posture.deflection(2)[1][-1]))
 
 
-def most_bent(run: CaseRun, drawn: bool) -> Posture:
+def drawn_postures(run: CaseRun) -> list[Posture]:
+    """Postures that fig. 15 draws: at contact, separation, and the reversals between peaks of Fn.
+
+    A peak stands out by at least `PEAK_SHARE` of the largest force; smaller ones are ripples.
+    """
+    from scipy.signal import find_peaks
+
+    time, force = curve(run, "normal_force_N")
+    least = PEAK_SHARE * float(force.max())
+    turns = [time[find_peaks(side, prominence=least)[0]] for side in (force, -force)]
+    wanted = window(run)[0] + np.sort(np.concatenate([[0.0, time[-1]], *turns]))
+    instants = np.array([posture.time_s for posture in run.event_postures])
+    return [run.event_postures[int(np.abs(instants - t).argmin())] for t in wanted]
+
+
+def most_bent(run: CaseRun, at_events: bool) -> Posture:
     """Posture of the first tap with the largest deflection of the tip.
 
-    drawn : search only postures at the tap's events, which fig. 15 draws; else all that are kept.
+    at_events : search only postures at the tap's events; else all that are kept.
     """
     start, end = window(run)
-    several = run.event_postures if drawn else (*run.event_postures, *run.frames)
+    several = run.event_postures if at_events else (*run.event_postures, *run.frames)
     return max((p for p in several if start <= p.time_s <= end), key=deflection)
 
 
-def largest_deflection(run: CaseRun, drawn: bool = False) -> float:
+def largest_deflection(run: CaseRun) -> float:
     """Largest deflection of the tip during the contact, m."""
-    return deflection(most_bent(run, drawn))
+    return deflection(most_bent(run, at_events=False))
+
+
+def drawn_deflection(run: CaseRun) -> float:
+    """Largest deflection of the tip that fig. 15 draws, m."""
+    return max(map(deflection, drawn_postures(run)))
 
 
 def share_of_largest_deflection(run: CaseRun) -> float:
     """Time of the tip's largest deflection, as a share of the contact."""
     start, end = window(run)
-    return (most_bent(run, drawn=False).time_s - start) / (end - start)
+    return (most_bent(run, at_events=False).time_s - start) / (end - start)
 
 
 def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
-    """Whether the deflection that fig. 15 draws is largest at the end of the first restitution.
+    """Whether the deflection at an event is largest at the end of the first restitution.
 
     Restitutions that last less than 5 % of the contact are ignored as ripples.
     """
@@ -168,7 +189,7 @@ def deflection_peaks_after_first_restitution(run: CaseRun) -> bool:
         if e.kind in ("restitution_to_compression", "separation")
         and e.time_s - start - turn > ripple
     ]
-    return bool(ends) and abs(most_bent(run, drawn=True).time_s - ends[0]) < ripple
+    return bool(ends) and abs(most_bent(run, at_events=True).time_s - ends[0]) < ripple
 
 
 def first_peak(run: CaseRun) -> float:

@@ -59,8 +59,8 @@ def _stress_reason(runs: CaseRuns, printed: Claim) -> str:
     ratio = 1 + printed.number / 100
     return (
         f"the two stresses, {first:.4f} and {last:.4f} MPa, are in the ratio {last / first:.4f}"
-        f" against the printed {ratio:g} ({100 * (last / first / ratio - 1):+.2f} %), as far off as"
-        f" the paper's other stresses at R are; mesh and steps move it by as much: {tried}"
+        f" against the printed {ratio:g} ({100 * (last / first / ratio - 1):+.2f} %);"
+        f" other meshes and steps: {tried}"
     )
 
 

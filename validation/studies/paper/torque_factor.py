@@ -23,7 +23,7 @@ from validation.harness.files import json_text
 from validation.harness.processes import Workers, workers
 from validation.harness.provenance import cores
 from validation.harness.store import NO_STORE, Store
-from validation.harness.uncertainty import two_digits
+from validation.harness.uncertainty import two_digits, with_error
 from validation.studies.paper.case_runs import Case, CaseRun, load_case, solve_case, solve_cases
 from validation.studies.paper.cases import NUMERICS, PRINTED_TORQUES, driven
 from validation.studies.paper.ledger import printed_rounding
@@ -217,7 +217,7 @@ def run_identify_torque(*, as_json: AsJson = False) -> None:
         }
         output(json_text({**to_json(found), **more, "predictions": predicted}))
         return
-    output(f"factor on the printed t_3: {found.factor:.4g} +- {found.uncertainty:.2g} N m a unit")
+    output(f"factor on the printed t_3: {with_error(found.factor, found.uncertainty)} N m a unit")
     for scene, time in found.computed.items():
         printed = found.printed[scene]
         output(

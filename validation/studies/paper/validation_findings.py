@@ -95,10 +95,9 @@ def _peaks(
         reason = sensitivity(references, scene, key, wanted)
         if key == TANGENTIAL:
             ratio = abs(wanted) / printed[f"T2.{number + 3}"]
-            reason += (
-                f"; the printed forces are in the ratio {ratio:.3f},"
-                f" ours slides throughout with mu = {SLIP_MU:g}"
-            )
+            ours = "" if theirs is None else f", ours slides throughout with mu = {SLIP_MU:g}"
+            ratios = f"the printed forces are in the ratio {ratio:.3f}{ours}"
+            reason = "; ".join(filter(None, (reason, ratios)))
         rows[f"T2.{number + 4}"] = Finding(theirs, reason)
         others = "; ".join(
             f"{name} {abs(other):.3g} %" for name, other in errors.items() if other is not None

@@ -1,6 +1,8 @@
 """Findings of figs. 10, 12 and 14 from runs whose answers are known."""
 
 from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ from matplotlib import pyplot as plt
 from tests.validation.commands import Make, Patch
 from validation.compare.claims import read_claims
 from validation.harness.record import Event
-from validation.studies.paper import cases, driven_findings, figures
+from validation.studies.paper import cases, driven_findings, figures, readings
 from validation.studies.paper.case_runs import Case, CaseRun
 from validation.studies.paper.soft_findings import RESTITUTION, K, friction_findings, loop_closure
 
@@ -82,6 +84,30 @@ def test_a_print_lies_inside_a_band_that_reaches_its_rounding(
     reading = {"F14.1": lambda runs, suffix: values[suffix]}
     monkeypatch.setattr(driven_findings, "READINGS", reading)
     assert driven_findings._band({}, CLAIMS["F14.1"]).endswith(f" {word}")
+
+
+def test_of_the_postures_those_of_ripples_are_not_drawn(make_record: Make) -> None:
+    """Contact, the one peak of Fn, and the end: what is bent most in between is no reversal."""
+    record = make_record()
+    postures = [
+        SimpleNamespace(time_s=START + at * LASTS, deflection=lambda _, y=y: ([0.0], [y]))
+        for at, y in ((0.0, 1.0), (0.3, -9.0), (0.5, -4.0), (1.0, 2.0))
+    ]
+    run = CaseRun(Case("soft", "soft"), record, postures, ())
+    assert readings.drawn_postures(run) == [postures[0], *postures[2:]]
+    assert readings.drawn_deflection(run) == 4.0
+    assert readings.largest_deflection(run) == 9.0
+
+
+def test_figure_9_names_the_models_that_it_has(make_record: Make, monkeypatch: Patch) -> None:
+    monkeypatch.setattr(figures, "FIGURES", {})
+    monkeypatch.setattr(figures, "overlay_figure", lambda *_: None)
+    runs = {scene: _run(make_record, 0.5) for scene in figures.SCENES}
+    captions = [
+        figures.draw_figures(Path(), runs, references)[0][1]
+        for references in ({}, {"soft": make_record(model="fem3d")})
+    ]
+    assert ["against" in caption for caption in captions] == [False, True]
 
 
 @pytest.mark.usefixtures("figures_kept")

@@ -88,3 +88,7 @@ def test_ratios_are_of_the_reference_over_the_reduced_model(make_record: Make) -
     assert "reference over reduced model: printed 86.9, ours 200" in found["T3.1"].reason
     assert [found[f"T3.{n}"].value for n in (1, 3)] == [0.25, 50.0]
     assert [found[f"T2.{n}"].value for n in (1, 5, 9)] == pytest.approx([60.0, 80.0, 25.0])
+    assert ", ours slides throughout" in found["T2.6"].reason
+    without = validation_findings(runs, {REDUCED: references[REDUCED], JUDGED: {}})
+    assert without["T2.6"].reason.startswith("the printed forces are in the ratio ")
+    assert "ours" not in without["T2.6"].reason

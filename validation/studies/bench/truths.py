@@ -5,7 +5,7 @@ Runge-Kutta pair of order 8 in minimal coordinates: other unknowns, another inte
 event search), from rest in minutes.
 
 The reference's are its own converged limits, from runs of 2026-11-29 from rest with contact by
-impulses. `truths_anew` computes all of them again.
+impulses. `tests.validation.studies.bench.truths_anew` computes all of them again.
 """
 
 import tomllib

@@ -17,6 +17,7 @@ from matplotlib.colors import to_rgba
 
 import hcm
 from tests.validation.commands import Capture, Patch
+from tests.validation.studies.bench import truths_anew
 from validation.compare.tap_errors import TapErrors, TapQuantities, tap_errors
 from validation.harness.figures import GREY
 from validation.harness.provenance import provenance
@@ -33,7 +34,6 @@ from validation.studies.bench import (
     kernels,
     reference_settings,
     truths,
-    truths_anew,
     work_precision,
 )
 from validation.studies.bench.bar import OWN, BarRow

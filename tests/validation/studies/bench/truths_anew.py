@@ -1,6 +1,7 @@
-"""The truths (`truths`) recomputed, hcm's by `hcm.reference_solution`, the reference's by its runs.
+"""The truths of `validation.studies.bench.truths` recomputed, hcm's by `hcm.reference_solution`,
+the reference's by its runs.
 
-    python -m validation.studies.bench.truths_anew fem3d
+    python -m tests.validation.studies.bench.truths_anew fem3d
 
 prints a line per run, then every quantity beside the stored one. On one thread hcm's take half a
 minute (`contact`) and minutes (`tap`), 2D half a minute, 3D a quarter of an hour and 2 GB.

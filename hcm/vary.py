@@ -23,8 +23,10 @@ def vary(scene: Scene, columns: Mapping[str, Sequence[Any]]) -> Iterator[Scene |
     Raises
     ------
     ParameterError
-        There are no columns, or one is not a list, names no field or is of another length.
+        `scene` is none, there are no columns, or one is not a list, names no field or is of
+        another length.
     """
+    check_kind("scene", scene, Scene)
     check_kind("columns", columns, Mapping)
     parts = {f.name for f in fields(Scene)} - {"finger", "start"} | {"phalanx"}
     columns = {

@@ -79,8 +79,8 @@ Number = TypeVar("Number", float, Array)
 class Sampled(Generic[Number]):
     """Quantities sampled in the explicit run, once (`Sample`) or n times (`History`).
 
-    Energies are measured from the finger at rest at t = 0, so that their balance covers a skipped
-    flight as well.
+    Energies are measured from the finger along -X at rest, so that their balance, less the energy
+    of the start, covers a skipped flight as well.
     """
 
     time_s: Number
@@ -115,7 +115,7 @@ class Sampled(Generic[Number]):
     """Of the joints' torques, (n,)."""
     energy_balance_J: Number
     """Kinetic + strain + gravity + contact energy + friction dissipation + contact damping +
-    material dissipation - drive work, 0 but for the discretization, (n,)."""
+    material dissipation - drive work, less the energy of the start, (n,): the discretization's."""
     coulomb_excess_N: Number
     """Largest |f_t| - μ f_n over the nodes in contact, (n,)."""
     contact_area_m2: Number

@@ -139,6 +139,8 @@ def beyond_checks(
         found.append(
             f"the tip's compliance is a closed form that was checked for {' and '.join(beyond)}:"
             " state tip.compliance_nn, .."
+            + ", or raise surface.height for a steeper touch"
+            * (degrees < ANGLES_CHECKED[0])
         )
     crosses = assumptions.has("tip_compliance") and tip.compliance_nt is None
     if crosses and pull > PULLED * peak:
@@ -174,7 +176,7 @@ def patch_cautions(patch: float, angle: float) -> tuple[str, ...]:
     if patch > math.sin(angle):
         found.append(
             "the patch reaches the shaft, which touches at an angle of"
-            f" {math.degrees(angle):.0f} degrees: the tip is not a sphere there; lower"
+            f" {math.degrees(angle):.0f} degrees: the tip is not a sphere there; raise"
             " surface.height for a steeper touch"
         )
     return tuple(found)

@@ -5,6 +5,7 @@ import re
 
 DIGITS = 6  # most digits of a number, however small its error is
 UNKNOWN = 3  # digits of a number whose error is unknown
+SMALLEST = 1e-300  # an error below it is none: its power of ten is no number
 PLAIN = 1e-4, 1e7  # sizes of numbers that are written without a power of ten
 NUMBER = re.compile(r"\b\d[\d.]*(?:e[+-]?\d+)?\b")
 
@@ -16,7 +17,7 @@ def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
     error : absolute; None: none is stated; infinite: it is unknown, ``95.2 +- ?``.
     digits : of the number if there is no error.
     """
-    if error is None or error == 0.0:
+    if error is None or error < SMALLEST:
         return f"{float(f'{value:.{digits}g}'):.{DIGITS}g}"
     if not math.isfinite(error):
         return f"{value:.{UNKNOWN}g} +- ?"

@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from validation.compare.grid_convergence import Convergence, convergence
+from validation.compare.grid_convergence import NEARLY, Convergence, convergence
 from validation.errors import RunFailedError, UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models import solid_inputs, solid_mesh
@@ -35,6 +35,7 @@ from validation.scenes.load import NamedScene
 MESHES = ((0.33, 1.42), (0.26, 1.32), (0.2, 1.22))
 # Edges over R, and growth, for the compliance of the tip between the beam's end and the contact.
 EDGES, YIELD_GROWTH = (0.1, 0.07, 0.05), 1.12
+ORDER = 2.0  # of the elements
 LENGTH = 3.0  # length of the modelled end over its radius
 # Radius of the nodes that may touch over the contact radius, and where the patch reaches the shaft,
 # along which it is longer.
@@ -94,11 +95,19 @@ class ContactIdentification:
 
     @property
     def yielding(self) -> dict[str, Convergence]:
-        """The convergence of `tip_compliance`, whose limits are the values to use; empty if fewer
-        than three meshes were solved.
-        """
+        """The convergence of `tip_compliance`; empty if fewer than three meshes were solved."""
         given = self.tip_compliance.items()
-        return {key: convergence(EDGES, of, 2.0) for key, of in given if len(of) == len(EDGES)}
+        return {key: convergence(EDGES, of, ORDER) for key, of in given if len(of) == len(EDGES)}
+
+
+def value_to_use(compliance: Convergence) -> float:
+    """The limit of a ladder whose order is at least about the elements' own, else its finest value.
+
+    An extrapolation by a smaller order reaches too far: from -0.33, -0.28 and -0.25 to -0.11, while
+    a fourth mesh and another program have -0.25.
+    """
+    known = compliance.order is not None and compliance.order >= (1.0 - NEARLY) * ORDER
+    return compliance.limit if known else compliance.finest
 
 
 def identify_contact(
@@ -150,7 +159,7 @@ def identify_contact(
 
     def judged(name: str) -> Convergence | None:
         values = [getattr(level, name) for level in levels]
-        return convergence(sizes, values, 2.0) if len(values) > 2 else None
+        return convergence(sizes, values, ORDER) if len(values) > 2 else None
 
     return ContactIdentification(
         scene=scene.name,
@@ -200,7 +209,7 @@ def _yield_cautions(below: float, length: float) -> tuple[str, ...]:
     if max(PATCHES) > np.sin(below):
         found.append(
             f"{keys} are those of patches up to {max(PATCHES):g} R, which reach the shaft at"
-            f" {np.degrees(below):.0f} degrees: do not use them; lower surface.height for a steeper"
+            f" {np.degrees(below):.0f} degrees: do not use them; raise surface.height for a steeper"
             " touch"
         )
     if length < LENGTH:

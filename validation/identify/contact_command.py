@@ -12,15 +12,14 @@ from validation.harness.figures import BLACK, BLUE, GREY, ORANGE, panels
 from validation.harness.files import exclusive_folder, json_text, safe_name, write_json
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import with_error
-from validation.identify.contact import ContactIdentification, identify_contact
+from validation.identify.contact import ContactIdentification, identify_contact, value_to_use
 from validation.scenes.load import load_scene
 
-OWN = "the scene's own, in built-in scenes the paper's"
 COLUMNS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "theory_is", "scene")
 
 
 def rows(found: ContactIdentification) -> list[dict[str, Any]]:
-    """The identified values beside theory and the scene's own (in built-in scenes the paper's)."""
+    """The identified values beside theory and the scene's own."""
     theory = 1.25 * found.force_N / found.hertz_N_per_m
     return [
         {
@@ -53,7 +52,7 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
                 "quantity": f"{key}, for solver.hcm.assumptions = 'refined', touching at"
                 f" {90.0 - abs(found.round_touch_angle_deg):.1f} degrees",
                 "unit": "1",
-                "static_indentation": judged.limit,
+                "static_indentation": value_to_use(judged),
                 "uncertainty": judged.error,
             }
             for key, judged in found.yielding.items()
@@ -70,7 +69,7 @@ def to_json(found: ContactIdentification) -> dict[str, Any]:
         "normal_stiffness_verdict": found.stiffness and found.stiffness.verdict,
         "eta_squared_uncertainty": found.ratio and found.ratio.error,
         "eta_squared_verdict": found.ratio and found.ratio.verdict,
-        "tip_compliance_limit": {key: of.limit for key, of in yielding.items()},
+        "tip_compliance_limit": {key: value_to_use(of) for key, of in yielding.items()},
         "tip_compliance_uncertainty": {key: of.error for key, of in yielding.items()},
         "tip_compliance_verdict": {key: of.verdict for key, of in yielding.items()},
         "tangential_ratio": 1 / found.eta_squared,
@@ -133,7 +132,7 @@ def run_identify_contact(
     for row in table:
         known = with_error(row["static_indentation"], row.get("uncertainty"), 4)
         theory = f"{row['theory_is']}: {row['theory']:.4g}" if "theory" in row else ""
-        given = f"; {OWN}: {row['scene']:.4g}" if "scene" in row else ""
+        given = f"; the scene's own: {row['scene']:.4g}" if "scene" in row else ""
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         output(f"  {row['quantity']}: {known}{unit}" + f" ({theory}{given})" * bool(theory))
     for what, judged in {"k": found.stiffness, "eta^2": found.ratio, **found.yielding}.items():

@@ -193,7 +193,8 @@ def accuracy_record(
         return {}
     expected = largest_share(record.errors, record)
     settings, materials = solved
-    flown = (settings.flight, "skipped: bending and vibration in flight are in the errors")
+    known = " are in the errors" * (settings.estimate and settings.flight_error)
+    flown = (settings.flight, f"skipped: bending and vibration in flight{known}")
     if sizing is None:
         found = {"mesh": (fem.mesh, ""), "flight": flown}
     else:
@@ -204,8 +205,9 @@ def accuracy_record(
             "axial_size": (sizing.axial_size, shafts),
             "growth": (sizing.growth, "edge growth behind the patch"),
             "halvings": (
-                0 if sizing.lies else sizing.halvings,
-                "skipped: fine edges away from where it touches",
+                (0, "a shaft that touches is refined along its length")
+                if sizing.lies
+                else (sizing.halvings, "skipped: fine edges away from where it touches")
             ),
             "contact": (settings.contact, "no penetration to resolve, no penalty to choose"),
             "flight": flown,

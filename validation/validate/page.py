@@ -36,11 +36,12 @@ RUNGS = {  # titles, and what the reference's uncertainty is
     ),
     3: (
         "Rung 3, contact: blind prediction with identified k and eta^2 against the full contact",
-        "the change from the mesh before; with --ladder the index or range over three meshes, or "
-        "what fingertap converge found if its study lies in the same folder and is of this code",
+        "the error that the run states or, if it is larger, the change from the mesh before; with "
+        "--ladder the index or range over three meshes, or what fingertap converge found if its "
+        "study lies in the same folder and is of this code",
     ),
     4: (
-        "Rung 4, the paper: its own k against the ls-dyna-like reference",
+        "Rung 4, as in the paper: the scene's own k against the ls-dyna-like reference",
         "the error that this run states or, if it is farther, the distance to the farthest of "
         "the 3D runs with other meshes and penalties",
     ),
@@ -48,11 +49,11 @@ RUNGS = {  # titles, and what the reference's uncertainty is
 TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the file's name
     "accuracy": (
         tables.ACCURACY_COLUMNS,
-        "Reduced model against the references (the paper's Table 2)",
+        "The models against the references",
     ),
     "efficiency": (
         tables.EFFICIENCY_COLUMNS,
-        "Time and memory of each run, alone in its process (the paper's Table 3)",
+        "Time and memory of each run, alone in its process",
     ),
     "ladder": (tuple(rungs.Comparison.__annotations__), "The ladder of comparisons, rungs 2 to 4"),
     "ladder_causes": (rungs.CAUSE_COLUMNS, "From the blind prediction to the reference"),
@@ -64,7 +65,7 @@ TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the 
     ),
     "accuracy_cost": (
         tables.COST_COLUMNS,
-        "Every model against the best reference run, and its time",
+        "Models of the ladder against rung 3's finest run, and their time",
     ),
     "contact_patch": (
         tables.PATCH_COLUMNS,
@@ -127,9 +128,10 @@ def draw_figures(folder: Path, runs: Runs) -> list[tuple[Path, str]]:
     if not (scenes := scenes_drawn(runs.scenes, lines)):
         return []
     overlay_figure(forces, lines, band, scenes, compared)
+    as_paper = " (as the paper's fig. 9)" * runs.plan.in_full
+    apart = ", below them the models' difference from the reference" * bool(compared)
     found = [
-        (forces, "Models and references (as the paper's fig. 9), below them the models' difference"
-                 " from the reference. Source: the runs below."),
+        (forces, "Models and references" + as_paper + apart + ". Source: the runs below."),
     ]  # fmt: skip
     if runs.plan.in_full:
         counted = [
@@ -213,6 +215,7 @@ def page_context(
         "figures": figures,
         "apart": apart,
         "apart_caption": CAPTION.format(stated) + STEPS * runs.plan.leads_to_refined,
+        "of_paper": runs.plan.in_full and any(row["hcm_paper"] for row in rows["table_2"]),
         "accuracy": accuracy,
         "accuracy_columns": [c for c in tables.ACCURACY_COLUMNS if c not in HIDDEN],
         "efficiency": rows["efficiency"],

@@ -53,7 +53,7 @@ COLUMNS_2 = (*_COMMON, "error_percent", "error_percent_paper")
 COLUMNS_3 = (*_COMMON, "reference_over_hcm", "reference_over_hcm_paper")
 
 STAND_INS = {plan.PAPER_REDUCED: "hcm", plan.PAPER_REFERENCE: "reference"}  # for the paper's
-RUN_LABELS = {plan.PAPER_REDUCED: "hcm, the paper's k"}
+RUN_LABELS = {plan.PAPER_REDUCED: "hcm, the scene's k"}
 PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP, from another run
 CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
                  "contact_time_percent")  # fmt: skip

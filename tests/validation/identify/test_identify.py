@@ -10,6 +10,7 @@ import pytest
 from matplotlib import pyplot as plt
 
 from tests.validation.commands import Patch, Run
+from validation.compare.grid_convergence import convergence
 from validation.errors import RunFailedError, UserError
 from validation.identify import contact as identify
 from validation.identify import contact_command
@@ -78,13 +79,26 @@ def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: 
     assert printed["tip_compliance"] == {"tip.compliance_nn": [-0.3, -0.24, -0.2]}
     limit = printed["tip_compliance_limit"]["tip.compliance_nn"]
     known = printed["tip_compliance_uncertainty"]["tip.compliance_nn"]
-    assert limit == pytest.approx(-0.1)  # of first order in the edge
+    assert limit == -0.2  # of first order in the edge: the extrapolation to -0.1 reaches too far
     row = (folder / "contact-soft.csv").read_text().splitlines()[-1]
     assert f",{limit:.10g},{known:.10g}," in row
     for ending in ("csv", "md", "tex", "png"):
         assert (folder / f"contact-soft.{ending}").stat().st_size > 100
     text = fingertap(*arguments).out
     assert all(word in text for word in ("Hertz", "Mindlin", "three meshes"))
+
+
+@pytest.mark.parametrize(("order", "known"), [(1.0, 1.0 + 0.05), (2.0, 1.0), (2.5, None)])
+def test_a_compliance_is_extrapolated_by_the_elements_order_alone(
+    order: float, known: float | None
+) -> None:
+    """1 + h^p: by a higher order as by their own, which reaches less far than the finest mesh."""
+    found = convergence(identify.EDGES, [1.0 + h**order for h in identify.EDGES], identify.ORDER)
+    value = identify.value_to_use(found)
+    if known is None:
+        assert found.limit == value < found.finest
+    else:
+        assert value == pytest.approx(known)
 
 
 @pytest.mark.usefixtures("springs")

@@ -311,7 +311,7 @@ def test_accuracy_against_cost_is_ordered_by_time(make_record: Make) -> None:
     plane.summary["wall_time_s"] = 3.0
     rows = accuracy_against_cost(runs, [make_record(peak=76.0)], [best])
     assert [(row["model"], row["peak_percent"]) for row in rows] == [
-        ("hcm, the paper's k", pytest.approx(-25.0)),
+        ("hcm, the scene's k", pytest.approx(-25.0)),
         ("hcm, identified k", pytest.approx(-5.0)),
         ("fem2d fast", pytest.approx(-12.5)),
         ("fem3d preset converged", 0.0),

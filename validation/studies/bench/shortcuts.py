@@ -74,13 +74,14 @@ HCM = (
         "the change includes both meshes' errors of time integration",
     ),
     Shortcut(
-        "rigid flight", "hcm", ("solver.hcm.flight='rigid'", *CHEAP), CHEAP,
-        "off: flight = elastic, the default; error: the finger's sag and vibration in flight",
+        "rigid flight", "hcm", ("solver.hcm.flight='rigid'", *CHEAP),
+        ("solver.hcm.flight='elastic'", *CHEAP), "error: the finger's sag and vibration in flight",
     ),
     Shortcut(
         "collocation in contact", "hcm", (*COLLOCATED, "solver.hcm.contact_step=1.5e-5"),
-        (*COLLOCATED[:-1], "solver.hcm.contact_step=2e-7"),
-        "off: generalized-alpha in steps of 0.2 us, both after a rigid flight",
+        (*COLLOCATED[:-1], "solver.hcm.contact_integrator='generalized-alpha'",
+         "solver.hcm.contact_step=2e-7"),
+        "both after a rigid flight",
     ),
     Shortcut(
         "no friction at mu = 0", "hcm", ("surface.friction=0", *CHEAP),

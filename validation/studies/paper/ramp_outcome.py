@@ -72,7 +72,7 @@ def sentence(id_: str, outcome: RampStudy) -> str:
     points = outcome.points
     best, together = closest(points), sum(point.all_agree for point in points)
     return (
-        f"with a ramp and damping in the jump's place it agrees to 5 % at {places(id_, points)}"
+        f"with a ramp or a jump, and damping, it agrees at {places(id_, points)}"
         f" choices of (ramp up to {1e3 * RAMPS[-1]:g} ms, relaxation time up to"
         f" {1e3 * RELAXATIONS[-1]:g} ms, factor), all rows of figs. 13 to 16 together at"
         f" {together or 'none'}; most, {len(best.agreeing)} of {len(READINGS)}, at {place(best)};"

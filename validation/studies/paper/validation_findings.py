@@ -75,7 +75,7 @@ def sensitivity(references: References, scene: str, key: str, printed: float) ->
         parts.append(f"with {count:.0f} elements: {text(coarse)}")
     limit = value_of(references, CONVERGED, scene, key)
     if limit is not None:
-        parts.append(f"converged in mesh, penalty and step: {limit:.4g} N")
+        parts.append(f"preset {CONVERGED}: {limit:.3g} N")
     return "; ".join(parts)
 
 

@@ -278,6 +278,8 @@ def test_arrays_make_scenes() -> None:
     assert [row.drive.torques for row in rows if isinstance(row, hcm.Scene)] == [
         (0.1, 0.2, 0.3), (0.4, 0.5, 0.6)
     ]  # fmt: skip
+    with pytest.raises(hcm.ParameterError, match="scene = "):
+        hcm.vary(SCENE.finger, {"tip.restitution": [0.5]})
     (refused,) = hcm.vary(SCENE, {"tip.restitution": [2.0]})
     assert "restitution = 2.0" in str(refused)
     assert [o.status for o in hcm.simulate_each([refused, one])] == ["REFUSED", "COMPLETED"]

@@ -281,6 +281,7 @@ def test_what_was_not_checked_is_said() -> None:
         "the patch reaches the shaft,",
     ]
     assert "for last phalanges 15 to 62 degrees below the horizontal, not 2.865: state" in flat[0]
+    assert all("raise surface.height for a steeper touch" in flat[n] for n in (0, 2))
     own = hcm.Tip(1e6, compliance_nn=0.0, compliance_nt=0.0, compliance_tt=0.0)
     assert beyond_checks(SOFT, own, Assumptions("refined"), 0.2, 100.0, 4e7, 90.0) == ()
     short = replace(SOFT, length=0.03)

@@ -14,6 +14,7 @@ from validation.compare.grid_convergence import convergence
 from validation.errors import RunFailedError, UserError
 from validation.identify import contact as identify
 from validation.identify import contact_command
+from validation.models import solid_mesh
 from validation.scenes.load import load_scene
 
 
@@ -99,6 +100,13 @@ def test_a_compliance_is_extrapolated_by_the_elements_order_alone(
         assert found.limit == value < found.finest
     else:
         assert value == pytest.approx(known)
+
+
+def test_a_larger_height_makes_a_steeper_touch() -> None:
+    """As messages about touches that are too flat say."""
+    scenes = (load_scene("soft", (f"surface.height={height}",)) for height in (0.08, 0.09, 0.1))
+    touches = [solid_mesh.impact_state(scene.tables, 3).angles[-1] for scene in scenes]
+    assert 0.1 < touches[0] < touches[1] < touches[2] < 0.6
 
 
 @pytest.mark.usefixtures("springs")

@@ -71,8 +71,8 @@ def _third_case(runs: CaseRuns) -> dict[str, str]:
     return {
         "F14.3": (
             f"{readings.counting(three)}; with variations: {_varied(runs, READINGS['F14.3'])}; the"
-            f" contact lasts {readings.duration_ms(three):.2f} ms, which jumps inside the factor's"
-            f" band ({_varied(runs, reading_of(THREE, readings.duration_ms))}); fig. 14 shows about"
+            f" contact lasts {readings.duration_ms(three):.2f} ms"
+            f" ({_varied(runs, reading_of(THREE, readings.duration_ms))}); fig. 14 shows about"
             " 0.9 ms"
         ),
         "F14.4": f"Ft between {tangential.min():.0f} and {tangential.max():.0f} N",

@@ -86,13 +86,15 @@ class SolvedScene:
         """How finely the mesh resolves the patch; angle : of the last phalanx at the touch, rad."""
         mesh, peak = self.scene.mesh, run.summary.peak_normal_force_N or 0.0
         patch = hertz_patch(peak, self.radius, self.scene.materials[-1], angle, mesh.dim)
-        return Resolution(spacing(mesh, angle), patch, section(mesh), mesh.dim)
+        own = section(mesh, self.model.kernel.cell_volume)
+        return Resolution(spacing(mesh, angle), patch, own, mesh.dim)
 
 
-def section(mesh: meshes.FingerMesh) -> float:
-    """Largest mean length of a phalanx's cells along its axis, by volume, over its diameter."""
-    volume, shares = volumes(mesh.points, mesh.cells), []
-    lengths = np.ptp(mesh.points[mesh.cells, 0], axis=1)
+def section(mesh: meshes.FingerMesh, volume: Array) -> float:
+    """Largest mean length of a phalanx's cells along its axis over its diameter, the mean by their
+    volume, (n_cells,).
+    """
+    lengths, shares = np.ptp(mesh.points[mesh.cells, 0], axis=1), []
     for w, radius in enumerate(mesh.radii.tolist()):
         own = mesh.cell_sets[f"phalanx_{w + 1}"]
         shares.append(float(np.average(lengths[own], weights=volume[own])) / (2.0 * radius))
@@ -198,9 +200,12 @@ def _flight_errors(
     of_speed = float(max(apart)) / approach_speed
     omitted = NOTHING_OMITTED
     if scene.settings.flight_error:
+        light, flying = scene.flight_mesh, resolution.section
+        if light is not None:
+            flying = section(light, volumes(light.points, light.cells))
         omitted = omitted_motion(
             flight, scene.settings.flight, scene.drive, shape, scene.materials, approach_speed,
-            section(scene.flight_mesh or scene.mesh),
+            flying,
         )  # fmt: skip
     return FlightErrors(max(late, sagitta_s), apart, of_speed, omitted)
 

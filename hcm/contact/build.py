@@ -72,6 +72,7 @@ RADIATION, RADIATED = 0.22, 0.06
 PULLED = 0.1
 # Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
 NU_CHECKED, ANGLES_CHECKED = (0.3, 0.49), (15.0, 62.0)
+STEEPER = "raise surface.height for a steeper touch"
 
 
 def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions) -> Law:
@@ -138,9 +139,7 @@ def beyond_checks(
     if assumptions.has("tip_compliance") and not given and beyond:
         found.append(
             f"the tip's compliance is a closed form that was checked for {' and '.join(beyond)}:"
-            " state tip.compliance_nn, .."
-            + ", or raise surface.height for a steeper touch"
-            * (degrees < ANGLES_CHECKED[0])
+            " state tip.compliance_nn, .." + f", or {STEEPER}" * (degrees < ANGLES_CHECKED[0])
         )
     crosses = assumptions.has("tip_compliance") and tip.compliance_nt is None
     if crosses and pull > PULLED * peak:
@@ -176,8 +175,8 @@ def patch_cautions(patch: float, angle: float) -> tuple[str, ...]:
     if patch > math.sin(angle):
         found.append(
             "the patch reaches the shaft, which touches at an angle of"
-            f" {math.degrees(angle):.0f} degrees: the tip is not a sphere there; raise"
-            " surface.height for a steeper touch"
+            f" {math.degrees(angle):.0f} degrees: the tip is not a sphere there;"
+            f" {STEEPER}"
         )
     return tuple(found)
 

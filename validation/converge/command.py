@@ -114,13 +114,14 @@ def run_converge(
             progress(0.98, "preset converged")
             preset = None
             stated = runs.scene.tables.solver.fem.model_fields_set.intersection(SIZES)
+            number = sum(len(refinement.levels) for refinement in wanted)
             if not quick and not stated:
+                number += 1
                 try:
                     preset = runs.run({PRESET_KEY: "converged", **NO_ACCURACY})
                 except RunFailedError as error:
                     failures.append(f"preset converged: {error}")
         (folder / verdicts.STUDIED).unlink(missing_ok=True)  # belongs to earlier tables
-        number = sum(len(refinement.levels) for refinement in wanted)
         failed = f"{len(failures)} of {number} levels failed; the first: {' '.join(failures[:1])}"
         if not any(found.values for found in results):
             raise RunFailedError(failed)

@@ -203,14 +203,14 @@ def _law_cautions(scene: NamedScene) -> tuple[str, ...]:
 
 def _yield_cautions(below: float, length: float) -> tuple[str, ...]:
     """Cautions about `yields`. below : angle of the last phalanx, rad. length : its own, over R."""
+    from hcm.contact.build import STEEPER
     from reference_fem.statics.yielding import PATCHES
 
     keys, found = "tip.compliance_nn, compliance_nt and compliance_tt", []
     if max(PATCHES) > np.sin(below):
         found.append(
             f"{keys} are those of patches up to {max(PATCHES):g} R, which reach the shaft at"
-            f" {np.degrees(below):.0f} degrees: do not use them; raise surface.height for a steeper"
-            " touch"
+            f" {np.degrees(below):.0f} degrees: do not use them; {STEEPER}"
         )
     if length < LENGTH:
         found.append(

@@ -83,10 +83,11 @@ def draw_map(path: Path, columns: dict[str, Floats], output: Output) -> None:
     """Plot an output over every pair of variables, one panel per pair."""
     names = list(columns)[:MOST_MAPPED]
     rows = max(len(names) - 1, 1)
-    low, high = np.nanquantile(output.values, (0.0, 0.98))
     if output.signed:
         high = float(np.nanquantile(np.abs(output.values), 0.98)) or 1.0
         low = -high
+    else:
+        low, high = np.nanquantile(output.values, (0.0, 0.98))
     inches = max(2.1, 4.2 / rows)  # a single panel is as wide as two
     style = {"font.size": 8}
     with panels(path, rows, rows, width=inches, height=0.9 * inches, style=style) as axes:

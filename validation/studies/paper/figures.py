@@ -154,7 +154,6 @@ FIGURES: dict[str, tuple[str, Callable[[Path, CaseRuns], None]]] = {
                figure_15),
     "fig-16": ("Fig. 16: tangential velocity of the contact particle P", figure_16),
 }  # fmt: skip
-FIGURE_9 = "Fig. 9: reduced model", " against the ls-dyna-like reference (other model)"
 
 
 def draw_figures(
@@ -163,8 +162,8 @@ def draw_figures(
     """Draw all figures; returns paths and captions. references : the reference's runs by scene."""
     own = [replace(runs[scene].record, variant="") for scene in SCENES]
     overlay_figure(folder / "fig-09.png", [*own, *references.values()], (), SCENES)
-    own_caption, against = FIGURE_9
-    captions = {"fig-09": own_caption + against * bool(references)}
+    against = " against the ls-dyna-like reference (other model)" * bool(references)
+    captions = {"fig-09": f"Fig. 9: reduced model{against}"}
     for name, (caption, draw) in FIGURES.items():
         draw(folder / f"{name}.png", runs)
         captions[name] = caption

@@ -7,12 +7,12 @@
   version once tests/hcm/test_compiled.py passes with it.
 - Divisions follow IEEE (infinity and NaN) instead of raising: values that are not finite are found
   at the end of Newton's iteration.
-- No kernel has code for calls from C, and those that only kernels call (`kernel`) have none for
-  calls from Python: compiling for a first tap takes 68 s of processor and 0.59 GB, with such code
-  and a caller for each choice of `by_type` 116 s and 0.90 GB (measured).
+- No kernel has code for calls from C, and those that only kernels call (`kernel`) have no code of
+  their own at all (`hcm.linked`): 45 s of processor and 0.63 GB for a first
+  tap (measured).
 - a*b + c may be rounded once (`contract`), which is safe with NaN, unlike full fastmath.
-- Machine code is cached on disk, and a kernel contains the code of those that it calls, so the
-  cache is stale once any file that the kernel's file imports is edited. By itself numba compares
+- Machine code is cached on disk, and an entry contains the code of what it calls, so the
+  cache is stale once any file that the entry's file imports is edited. By itself numba compares
   the kernel's own file only; here it compares all of them (`source_stamp`).
 """
 
@@ -27,6 +27,8 @@ from numba import njit, typeof
 from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 from numba.extending import overload
+
+from hcm.linked import LinkedCompiler
 
 PACKAGE = Path(__file__).parent
 IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTILINE)
@@ -67,7 +69,7 @@ class CacheFile(IndexDataCacheFile):
 
 
 class InnerKernel(CPUDispatcher):
-    """A kernel without code for calls from Python, of which the first such call compiles some."""
+    """A kernel without code of its own: the first call from Python compiles some."""
 
     def __call__(self, *args: Any) -> Any:
         """Call the kernel from Python, as the tests do."""
@@ -98,12 +100,9 @@ def entry_with(
     *fastmath: str, cache: bool = True, **options: object
 ) -> Callable[[Callable[..., Any]], Any]:
     """`entry` with these LLVM fast-math flags and numba options."""
-    chosen = options_of(*fastmath, **options)
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(cache=cache, **chosen)(function)
-        if chosen.get("no_cpython_wrapper"):
-            dispatcher.__class__ = InnerKernel
+        dispatcher = njit(cache=cache, **options_of(*fastmath, **options))(function)
         if cache:
             # private to numba, as `_nrt` is: the same test checks it with the next version
             found, stamp = dispatcher._cache, source_stamp(Path(function.__code__.co_filename))
@@ -116,8 +115,26 @@ def entry_with(
 
 # Compiles a function that allocates nothing, and that Python calls too.
 entry = entry_with("contract")
+
+
+def linked_options(*fastmath: str, **options: object) -> dict[str, object]:
+    """`options_of` a function that only kernels call."""
+    own = {"no_cpython_wrapper": True, "pipeline_class": LinkedCompiler}
+    return options_of(*fastmath, **own, **options)
+
+
+def kernel_with(*fastmath: str, **options: object) -> Callable[[Callable[..., Any]], Any]:
+    """`kernel` with these LLVM fast-math flags and numba options."""
+
+    def compiled(function: Callable[..., Any]) -> Any:
+        dispatcher = njit(**linked_options(*fastmath, **options))(function)
+        dispatcher.__class__ = InnerKernel
+        return dispatcher
+
+    return compiled
+
+
 # The same for functions that only kernels call.
-kernel_with = functools.partial(entry_with, no_cpython_wrapper=True)
 kernel = kernel_with("contract")
 # The same for a function with one caller in the innermost loop, of which it becomes part: a call
 # would pass two hundred words, seven for each array in its tuples, in the time of a small kernel.
@@ -171,7 +188,7 @@ def by_type(kind: type, special: Any, plain: Any) -> Callable[..., Any]:
         return found(*args) if callable(found) else found
 
     # not strict: kernels name their arguments, `choose` does not
-    @overload(chosen, strict=False, jit_options=options_of("contract", no_cpython_wrapper=True))
+    @overload(chosen, strict=False, jit_options=linked_options("contract"))
     def choose(*args: Any) -> Callable[..., Any]:
         is_kind = any(getattr(arg, "instance_class", None) is kind for arg in args)
         found = special if is_kind else plain

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 from hcm.bounds import ParameterError
-from hcm.chosen import STATED, Chosen, choose, settings_for
+from hcm.chosen import SMALLEST, STATED, Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
 from hcm.estimate import (
     CAUTION_ERROR,
@@ -109,7 +109,12 @@ def simulate_within(
             kept, choices = second, (Choice("accuracy", target, f"solved again: {reason}"),)
     result, expected = kept.result, kept.expected
     if expected is not None and expected > accuracy:
-        result = _short(result, expected, accuracy, kept.chance, _stated(kept.chosen))
+        if kept.chance and expected > CAUTION_ERROR:
+            result = _unrepeatable(result, expected)
+        else:
+            if choices:  # smaller steps did not bring it there: their order can't be relied on
+                expected = max(expected, _bound(result))
+            result = _short(result, expected, accuracy, _stated(kept.chosen))
     return replace(
         result,
         statistics=replace(result.statistics, wall_time_s=spent),
@@ -131,14 +136,13 @@ def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Att
     coarse = solve(_coarser(chosen, result))
     if coarse.status is Status.INTERRUPTED:
         return _Attempt(chosen, result.as_ended())
-    result, expected = _compared(result, coarse, chosen)
+    result, expected = _compared(result, coarse, chosen, accuracy)
     several = bool(open_ends(result))
     result = with_other_ends(result, solve)
     if result.status is Status.INTERRUPTED:
         return _Attempt(chosen, result)
     if several:
-        shares = relative_errors(result.summary, result.errors)
-        expected = max(expected, *(shares[name] for name in ACCURACY_QUANTITIES))
+        expected = max(expected, _bound(result))
     # a change due to another end of the tap is not a lack of repeatability
     chance = not several and (folded(result, chosen.scene.finger.length) or grazes(result))
     may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
@@ -158,6 +162,12 @@ def _finer(run: _Attempt, accuracy: float) -> tuple[float, str]:
         f"the first run's estimate was {expected:.2g}"
     )  # fmt: skip
     return accuracy / smaller, reason
+
+
+def _bound(result: TapResult) -> float:
+    """The largest of the relative errors that the run states of what an accuracy bounds."""
+    shares = relative_errors(result.summary, result.errors)
+    return max(shares[name] for name in ACCURACY_QUANTITIES)
 
 
 def _touched(result: TapResult) -> bool:
@@ -201,7 +211,9 @@ def _fewer(elements: int, factor: float) -> int:
     return 2 if elements == 1 else max(min(round(elements / factor), elements - 1), 0)
 
 
-def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[TapResult, float]:
+def _compared(
+    result: TapResult, coarse: TapResult, chosen: Chosen, accuracy: float
+) -> tuple[TapResult, float]:
     """Return the run with its estimated errors, and its largest expected relative error."""
     left_out = chosen.flight_error if chosen.flight_error < math.inf else 0.0
     settings = chosen.scene.settings
@@ -214,7 +226,9 @@ def _compared(result: TapResult, coarse: TapResult, chosen: Chosen) -> tuple[Tap
         bent = bending_wave_stress(fall.ringing + fall.bending, finger.phalanges[-1])
         late = omitted_time(fall.largest / fall.speed, finger, fall.time)
     stated = _stated(chosen)
-    remedy = "ask for a smaller accuracy" + f" without stating {stated}" * bool(stated)
+    smallest = accuracy <= SMALLEST and not stated
+    remedy = f"{accuracy:g} is the smallest accuracy" if smallest else "ask for a smaller accuracy"
+    remedy += f" without stating {stated}" * bool(stated)
     # not estimated from two runs: `SAFETY`, which multiplies all errors below, does not apply
     omitted = bent / SAFETY, late / SAFETY
     apart_by = companion_errors(result, coarse, of_stress, left_out, *omitted)
@@ -254,14 +268,15 @@ def other_transitions(result: TapResult, coarse: TapResult, remedy: str) -> tupl
     return (caution,) if apart else ()
 
 
-def _short(
-    result: TapResult, expected: float, accuracy: float, chance: bool, stated: str
-) -> TapResult:
-    """The run that did not get to its accuracy, and what that makes of it."""
-    if chance and expected > CAUTION_ERROR:
-        ratio = COMPANION_ERROR_RATIO
-        doubt = f"; a run at {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
-        return result.as_ended(Status.UNREPEATABLE, doubt)
+def _unrepeatable(result: TapResult, expected: float) -> TapResult:
+    """The run of a tap that comes out otherwise in other steps."""
+    ratio = COMPANION_ERROR_RATIO
+    doubt = f"; a run at {ratio:g} times the accuracy changes the first tap by {expected:.1g}"
+    return result.as_ended(Status.UNREPEATABLE, doubt)
+
+
+def _short(result: TapResult, expected: float, accuracy: float, stated: str) -> TapResult:
+    """The run with a caution that it did not get to its accuracy."""
     error = f"a relative error of {expected:.3g}" if expected < math.inf else "an unknown error"
     short = f"expects {error}; {accuracy:g} was wanted"
     short += ", which settings that the scene states do not allow" * bool(stated)

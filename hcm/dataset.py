@@ -35,7 +35,7 @@ def run_dataset(
     import xarray
 
     def variable(name: str, value: Any, *over: str) -> tuple[Any, Any, dict[str, str]]:
-        array = np.asarray(np.nan if value is None else value)
+        array = np.array(np.nan if value is None else value)  # a copy: the result stays as it is
         axes = (f"{name}_axis{axis}" for axis in range(len(over), array.ndim))
         return (*over, *axes), array, {"units": unit_of(name)}
 

@@ -163,7 +163,7 @@ def build_model(scene: Scene) -> Model:
         q, v = rigid_motion(finger, chain, start)
         if (clearance := float(q[chain.tip + 1]) + height) <= 0:
             raise ParameterError(
-                f"start.angles = {start.angles!r}: put the tip {-clearance:.3g} m below the"
+                f"start.angles = {start.angles!r}: put the tip {abs(clearance):.3g} m below the"
                 " surface; it must start above it"
             )
     tip_radius = last.diameter / 2 if assumptions.has("lowest_point") else 0.0

@@ -11,7 +11,7 @@ from hcm.arrays import Floats
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.division import divided, flight_elements
 from hcm.beam.outline import depth
-from hcm.bounds import ParameterError
+from hcm.bounds import ParameterError, check_kind
 from hcm.contact.build import beyond_checks
 from hcm.estimate import estimate_errors
 from hcm.fall import Fall
@@ -79,6 +79,7 @@ def simulate(
 
 def simulate_scene(scene: Scene, progress: Progress | None = None) -> TapResult:
     """`simulate` of a scene in one piece."""
+    check_kind("scene", scene, Scene)
     result, left_out = solve_once(scene, progress)
     completed = result.status is Status.COMPLETED
     if not completed or not scene.settings.estimate or result.summary.contact_time_s is None:

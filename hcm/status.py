@@ -39,8 +39,8 @@ _ADVICE = {
     " finger.elements",
     Status.WORK_LIMIT: "raise solver.hcm.max_steps or the step sizes",
     Status.INTERRUPTED: "run again, from the beginning; what was computed so far is in the result",
-    Status.BODY_TOUCHES: "in this model only the tip can touch: raise surface.height, or turn the"
-    " torques (drive.torques) so that the tip arrives first",
+    Status.BODY_TOUCHES: "in this model only the tip can touch: try another surface.height, mostly"
+    " a larger one, or torques (drive.torques; the last phalanx's first) that keep the tip lowest",
     Status.UNRESOLVED: "reduce solver.accuracy or, if that is not set, reduce"
     " solver.hcm.contact_step, or let solver.hcm.contact_tolerance control"
     " the steps (1e-11 does by default)",

@@ -513,6 +513,30 @@ def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch
     assert np.abs(numbers(result) / truth(SOFT_SCENE) - 1.0).max() < 1e-3
 
 
+def test_a_run_that_its_second_did_not_bring_there_expects_what_it_states() -> None:
+    """A finger whirls, and its tap changes by percents from steps to smaller ones: their order
+    tells nothing of the rest.
+    """
+    whirl = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive((0.5,) * 3))
+    run, tight = (simulate_within(accuracy, whirl) for accuracy in (1e-3, 1e-4))
+    assert run.accuracy is not None
+    assert "accuracy" in [choice.setting for choice in run.accuracy.choices]
+    own, true = ([getattr(of.summary, name) for name in ACCURACY_QUANTITIES] for of in (run, tight))
+    stated = [run.errors[name] for name in ACCURACY_QUANTITIES]
+    assert run.accuracy.expected == pytest.approx(np.max(np.divide(stated, own)))
+    assert 1e-3 < np.abs(np.divide(own, true) - 1.0).max() < run.accuracy.expected
+
+
+def test_no_smaller_accuracy_is_asked_for_than_the_smallest() -> None:
+    """Waves of a stiff finger that lands without friction: its stress is not known to 1 %."""
+    rod = hcm.Phalanx(0.04, 0.015, 1e10, 1400.0, 4)
+    scene = hcm.Scene(hcm.Finger((rod,) * 3), hcm.Surface(0.1, 0.0), SOFT_TIP)
+    (said,) = (
+        caution for caution in simulate_within(1e-6, scene).cautions if "peak stress" in caution
+    )
+    assert said.endswith("; 1e-06 is the smallest accuracy")
+
+
 def test_a_run_whose_second_takes_too_many_steps_is_kept() -> None:
     """It takes 42, the second 71: with its errors, what it expects, and why there is no better."""
     settings = hcm.Settings(contact_step=1e-5, max_steps=60)

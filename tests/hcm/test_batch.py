@@ -55,6 +55,16 @@ def test_each_scene_has_the_bits_of_its_own_run() -> None:
     assert len({outcome.summary for outcome in many}) == len(many) - 1
 
 
+def test_a_datasets_numbers_are_its_own() -> None:
+    """Other units in the dataset change nothing in the run."""
+    run = hcm.simulate_scene(SCENE)
+    largest = run.history.normal_force_N.max()
+    data = run.to_dataset()
+    data["normal_force_N"] /= 1000.0
+    assert run.history.normal_force_N.max() == largest > 0.0
+    assert float(run.to_dataset()["normal_force_N"].max()) == largest
+
+
 def test_a_run_as_a_dataset_comes_back_from_a_file_with_units_and_origin(tmp_path: Path) -> None:
     run = hcm.simulate_scene(replace(SCENE, settings=replace(CHEAP, estimate=True)))
     run.to_dataset().to_netcdf(tmp_path / "run.nc", engine="h5netcdf")

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.companion import grazes, rescaled_settings
+from hcm.companion import first_tap, folded, grazes, lost_energy, rescaled_settings
+from hcm.contact.law import STICK
 from hcm.estimate import (
     TITLES,
     between_rows,
@@ -308,3 +309,186 @@ def test_tolerances_of_a_repetition_go_with_the_cube_of_its_steps(alone: hcm.Tap
     found = rescaled_settings(settings, alone, 3.0, 10**6)
     tolerances = found.flight_tolerance, found.contact_tolerance
     assert tolerances == pytest.approx((27e-9, 27e-10), rel=1e-12)
+
+
+def alike(run: hcm.TapResult, **columns: np.ndarray) -> hcm.TapResult:
+    """The run with other columns in its history."""
+    return replace(run, history=replace(run.history, **columns))
+
+
+def test_a_speed_that_both_runs_leave_out_is_in_every_error_of_the_first_tap(
+    one: hcm.TapResult,
+) -> None:
+    """|dF|/F = |dv|/v, and a vibration as long as the tap shifts its touch by a share of it."""
+    share, summary = 0.1, one.summary
+    errors = companion_errors(one, one, omitted_speed_share=share)
+    vn = abs(summary.tip_velocity_at_contact_m_per_s[1])
+    assert errors["tip_velocity_at_contact_m_per_s"] == pytest.approx((share * vn,) * 2)
+    names = ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s")
+    assert [errors[name] for name in names] == pytest.approx(
+        [share * getattr(summary, name) for name in names]
+    )
+    assert errors["contact_time_s"] == pytest.approx(share * summary.contact_duration_s)
+
+
+@pytest.mark.parametrize(("beside", "sticks"), [(-1, True), (0, True), (1, True), (2, False)])
+def test_a_tip_that_sticks_beside_its_largest_friction_feels_the_speed_along_the_surface(
+    one: hcm.TapResult, beside: int, sticks: bool
+) -> None:
+    """An impedance of peak/v_n times the velocity's error; a tip that slides does not feel it."""
+    tap, summary = first_tap(one), one.summary
+    largest = tap.start + int(np.abs(one.history.tangential_force_N[tap]).argmax())
+    mode = one.history.mode.copy()
+    mode[largest + beside] = 3 + STICK  # compression
+    vx, vy = summary.tip_velocity_at_contact_m_per_s
+    faster = replace(summary, tip_velocity_at_contact_m_per_s=(vx + 0.1, vy))
+    stated = companion_errors(alike(one, mode=mode), replace(one, summary=faster))
+    felt = 0.1 * summary.peak_normal_force_N / abs(vy)
+    # without it what is left is the share of the lost energy, below 1e-3 of the force
+    assert (stated["peak_tangential_force_N"] > 0.99 * felt) is sticks
+    if sticks:
+        assert stated["peak_tangential_force_N"] == pytest.approx(felt)
+
+
+def test_friction_that_differs_in_two_runs_is_known_to_the_difference(one: hcm.TapResult) -> None:
+    """One run has nine tenths of the other's: a tenth of the largest is its error."""
+    other = alike(one, tangential_force_N=0.9 * one.history.tangential_force_N)
+    stated = companion_errors(one, other)["peak_tangential_force_N"]
+    assert stated == pytest.approx(0.1 * abs(one.summary.peak_tangential_force_N))
+
+
+@pytest.mark.parametrize(
+    ("column", "number"),
+    [
+        ("tangential_force_N", "peak_tangential_force_N"),
+        ("stress_R_Pa", "peak_stress_R_Pa"),
+    ],
+)
+def test_two_equal_runs_do_not_know_what_lies_between_their_rows(
+    one: hcm.TapResult, column: str, number: str
+) -> None:
+    """A parabola with its top midway between two rows h apart exceeds both by c h²/4."""
+    tap, time = first_tap(one), one.history.time_s
+    row = (tap.start + tap.stop) // 2
+    step, top = time[row + 1] - time[row], 1e6
+    # at three halves of a step away nine times as much is missing, a half of the top
+    missing = top / 18
+    since = (time - 0.5 * (time[row] + time[row + 1])) / (0.5 * step)
+    values = np.maximum(top - missing * since**2, 0.0)
+    run = alike(one, **{column: values})
+    assert companion_errors(run, run)[number] == pytest.approx(missing, rel=1e-6)
+
+
+def test_a_stress_in_which_two_flights_differ_has_that_error(one: hcm.TapResult) -> None:
+    """By a constant A up to the touch: twice its root mean square."""
+    apart, start = 1e5, first_tap(one).start
+    stress = one.history.stress_R_Pa.copy()
+    stress[: start - 1] += apart
+    stated = companion_errors(one, alike(one, stress_R_Pa=stress))["peak_stress_R_Pa"]
+    # the last step before the touch, in which the two meet, is a small part of a tenth of it
+    assert stated == pytest.approx(2.0 * apart, rel=0.05)
+
+
+def test_a_second_hump_that_may_be_the_peak_leaves_its_time_open(one: hcm.TapResult) -> None:
+    """Humps of 1 and 0.95, known to 0.1, as another run has nine tenths of both."""
+    tap, time = first_tap(one), one.history.time_s
+    quarter = (tap.stop - tap.start) // 4
+    rows = tap.start + quarter, tap.start + 3 * quarter
+    force = np.zeros(time.size)
+    force[rows[0]], force[rows[1]] = 1.0, 0.95
+    peak_time = float(time[rows[0]]) - one.summary.contact_time_s
+    summary = replace(one.summary, peak_normal_force_N=1.0, peak_normal_force_time_s=peak_time)
+    run = replace(alike(one, normal_force_N=force), summary=summary)
+    lower = replace(
+        alike(one, normal_force_N=0.9 * force), summary=replace(summary, peak_normal_force_N=0.9)
+    )
+    stated = companion_errors(run, lower)["peak_normal_force_time_s"]
+    assert stated == pytest.approx(float(time[rows[1]] - time[rows[0]]))
+
+
+@pytest.mark.parametrize(
+    ("settings", "kind"),
+    [
+        (hcm.Settings(), "tolerance"),
+        (hcm.Settings(contact_tolerance=0.0), "step"),
+        (hcm.Settings(flight_tolerance=0.0), "step"),
+    ],
+)
+def test_a_caution_asks_for_what_controls_the_steps_and_names_the_worst_first(
+    settings: hcm.Settings, kind: str
+) -> None:
+    """Smaller tolerances do nothing where one of the two is not controlled by them."""
+    shares = {"peak_normal_force_N": 0.1, "normal_impulse_N_s": 0.3, "contact_time_s": 1e-3}
+    (text,) = caution(shares, settings)
+    assert "known" not in text
+    assert ": normal impulse 30 %, peak normal force 10 %; " in text
+    assert f"reduce solver.hcm.flight_{kind} and solver.hcm.contact_{kind}" in text
+
+
+def test_an_interrupt_of_the_tighter_run_is_no_lack_of_repeatability(
+    one: hcm.TapResult, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("hcm.estimate.grazes", lambda run: True)
+    runs = [one, replace(one, status=hcm.Status.INTERRUPTED)]
+    found = estimate_errors(one, lambda scene: runs.pop(0))
+    assert runs == []
+    assert (found.status, found.errors) == (hcm.Status.INTERRUPTED, {})
+
+
+def test_what_rods_leave_out_is_a_bending_wave_of_its_share_of_the_approach(
+    one: hcm.TapResult,
+) -> None:
+    """A wave of speed V has a stress of 2 V sqrt(E rho) in a round rod."""
+    share, rod = 0.1, ONE.phalanges[-1]
+    speed = share * abs(one.summary.tip_velocity_at_contact_m_per_s[1])
+    stated = estimate_errors(one, lambda scene: one, share).errors["peak_stress_R_Pa"]
+    assert stated == pytest.approx(2.0 * speed * (rod.youngs_modulus * rod.density) ** 0.5)
+
+
+def test_what_follows_the_first_tap_is_no_part_of_its_energys_error(one: hcm.TapResult) -> None:
+    """A tenth of the kinetic energy at the touch is lost in the tap, or after it."""
+    # the run ends with its tap: one of half its duration has rows after it
+    shorter = replace(one.summary, contact_duration_s=0.5 * one.summary.contact_duration_s)
+    run, history = replace(one, summary=shorter), one.history
+    tap = first_tap(run)
+    assert tap.stop < history.time_s.size
+    kinetic = history.kinetic_energy_J[tap.start]
+    own = lost_energy(run)
+    rows = np.arange(history.time_s.size)
+    for since, lost in ((tap.start + 1, 0.1), (tap.stop, 0.0)):
+        work = history.drive_work_J + 0.1 * kinetic * (rows >= since)
+        # its own balance is off by less than 1e-3
+        assert lost_energy(alike(run, drive_work_J=work)) == pytest.approx(lost + own, abs=2e-3)
+
+
+@pytest.mark.parametrize(("before", "folds"), [(True, True), (False, False)])
+def test_a_finger_folds_up_only_on_its_way_to_the_surface(
+    one: hcm.TapResult, before: bool, folds: bool
+) -> None:
+    """The tip comes to the hinge a row before the touch, or a row after it."""
+    touch, position = first_tap(one).start, one.history.tip_position_m.copy()
+    assert folded(one, 0.04) is False
+    position[touch - 1 if before else touch + 1] = 0.0
+    assert folded(alike(one, tip_position_m=position), 0.04) is folds
+
+
+@pytest.mark.parametrize(("force", "grazed"), [(0.005, True), (0.02, False)])
+def test_a_tap_grazes_where_its_tip_turned_back_almost_without_force(
+    force: float, grazed: bool
+) -> None:
+    """Below a hundredth of the peak, it nearly ended there; it leaves at half its speed later."""
+    history = SimpleNamespace(
+        time_s=np.arange(5.0),
+        tip_velocity_m_per_s=np.array([[0, -1.0], [0, 0.2], [0, -0.1], [0, 0.5], [0, 0.5]]),
+        normal_force_N=np.array([0.0, 1.0, force, 0.0, 0.0]),
+    )
+    kinds = {0.0: "contact", 1.0: "compression_to_restitution", 2.0: "restitution_to_compression",
+             3.0: "separation"}  # fmt: skip
+    run = SimpleNamespace(
+        history=history, events=[hcm.Event(t, kind) for t, kind in kinds.items()],
+        taps=((0.0, 3.0),), summary=SimpleNamespace(
+            contact_time_s=0.0, contact_duration_s=3.0, peak_normal_force_N=1.0,
+            tip_velocity_at_contact_m_per_s=(0.0, -1.0),
+        ),
+    )  # fmt: skip
+    assert grazes(run) is grazed

@@ -189,3 +189,10 @@ def test_fixed_settings_state_it_too() -> None:
     result = fixed()
     assert result.errors["contact_duration_s"] > 30e-6
     assert any("first tap may end" in caution for caution in result.cautions)
+
+
+def test_of_several_open_ends_the_two_nearest_are_solved() -> None:
+    ends = [OtherEnd(n * 1e-5, n * 1e-9, 1e-6) for n in (3, 1, 2)]
+    run = hcm.simulate_scene(nearly_parted(estimate=False))
+    run = replace(run, other_ends=tuple(ends), errors={"contact_duration_s": 1e-6})
+    assert open_ends(run) == (ends[1], ends[2])

@@ -88,6 +88,12 @@ def test_impossible_starts_are_refused(
         hcm.simulate(FINGER, SURFACE, SOFT_TIP, start=hcm.RigidStart(*start))
 
 
+def test_a_tip_that_starts_on_the_surface_is_refused() -> None:
+    on = hcm.Surface(0.04 * math.sin(0.5), 0.5)
+    with pytest.raises(hcm.ParameterError, match="put the tip 0 m below the surface"):
+        hcm.simulate(finger(SOFT, 1), on, SOFT_TIP, start=hcm.RigidStart((0.5,), (30.0,)))
+
+
 def test_a_single_phalanx_has_no_hinge_below_its_line() -> None:
     settings = hcm.Settings(flight="rigid", end_time=1e-3, frame_times=(5e-4,))
     run = hcm.simulate(finger(SOFT, 1), hcm.Surface(0.03, 0.5), SOFT_TIP, settings=settings)

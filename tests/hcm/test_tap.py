@@ -117,3 +117,11 @@ def test_an_end_time_between_two_touches_of_a_tap_is_said() -> None:
     assert cut.summary.contact_duration_s == pytest.approx(left - whole.taps[0][0])
     assert any("end_time" in caution for caution in cut.cautions)
     assert not any("end_time" in caution for caution in whole.cautions)
+
+
+def test_a_tip_that_is_down_already_touches_at_once() -> None:
+    """Bent below the surface by vibration: no time before now."""
+    finger = hcm.Finger((hcm.Phalanx(0.04, 0.01, 1e9, 1400.0, 4),))
+    chain, _ = build_chain(finger, hcm.Drive())
+    q, v = rigid_motion(finger, chain, RigidStart((0.3,), (3.0,), 0.0))
+    assert next_touch_s(q, v, chain, 0.04 * math.sin(0.3) - 1e-4) == 0.0

@@ -15,7 +15,7 @@ import reference_fem as rf
 from meshes.quality import volumes
 from reference_fem import estimate
 from reference_fem.dynamics.tap import next_touch_s
-from reference_fem.error_cautions import later_taps, percent
+from reference_fem.error_cautions import imprecise, later_taps, percent, unlike_shape
 from reference_fem.estimate import section, standing_out
 from reference_fem.flight_error import Flight, arrival_errors
 from reference_fem.hertz import hertz_patch
@@ -592,3 +592,128 @@ def test_arrival_is_known_to_a_facets_sagitta(dim: int, monkeypatch: pytest.Monk
     # c^2/(2 R), without the next power
     exact = (R - math.sqrt(R**2 - c**2)) / speed
     assert estimate._flight_errors(solved, *given).late_s == pytest.approx(exact, rel=0.01)
+
+
+@pytest.mark.parametrize(
+    ("dim", "halved", "average"), [(3, False, 2.0), (2, False, 8.0**0.5), (3, True, 1.7)]
+)
+def test_edges_are_on_average_as_long_as_the_number_of_elements_says(
+    dim: int, halved: bool, average: float
+) -> None:
+    """Eight times fewer in space are twice as long; of halved cells the number tells little."""
+    ties = np.zeros(5 if halved else 0)
+    solved: Any = SimpleNamespace(
+        model=SimpleNamespace(symmetry_factor=2, cells=np.zeros((500, 8))),
+        scene=SimpleNamespace(mesh=SimpleNamespace(dim=dim, ties=ties)),
+    )
+    tapped: Any = SimpleNamespace(status=rf.Status.COMPLETED, summary=SimpleNamespace(elements=125))
+    found = estimate._companion_run(solved, tapped, 1.7).ratios
+    assert found == pytest.approx((1.7, average))
+
+
+@pytest.mark.parametrize("ratios", [(1.5, 3.0), (3.0, 1.5), (1 / 1.5, 1 / 3.0), (1 / 3.0, 1 / 1.5)])
+def test_of_two_ratios_of_edges_the_one_that_tells_less_counts(ratios: tuple[float, float]) -> None:
+    """q(h) = 1 + 10 h^2 read at the ratio nearer to 1, though the other may be the true one."""
+    nearer = 1.5 if ratios[0] > 1.0 else 1 / 1.5
+    run, other = (run_of(1 + 10 * h**2) for h in (1.0, nearer))
+    found = tap_errors(run, CompanionRun(other, ratios), Resolution(0.1, 1.0))
+    assert found[PEAK] == pytest.approx(10.0)
+
+
+def test_springs_change_an_impulse_by_a_fifth_of_what_they_change_its_duration() -> None:
+    """With 36 % of the energy in springs a tap takes 0.8 of its time without them."""
+    found = tap_errors(run_of(1.0, 0.36), None, Resolution(1e-9, 1.0))
+    # edges of 1e-9 of the patch leave 1e-15
+    assert found["contact_duration_s"] == pytest.approx(0.2, rel=1e-9)
+    assert found["normal_impulse_N_s"] == pytest.approx(0.2 * 0.2, rel=1e-9)
+
+
+def test_times_are_known_to_two_steps_and_forces_do_not_depend_on_them() -> None:
+    found = tap_errors(run_of(1.0, time_step_s=1e-3), None, Resolution(1e-9, 1.0))
+    assert found["contact_duration_s"] == pytest.approx(2e-3, rel=1e-9)
+    assert found[PEAK_TIME] == pytest.approx(2e-3, rel=1e-9)
+    assert max(found[PEAK], found["normal_impulse_N_s"], found["peak_stress_R_Pa"]) < 1e-12
+
+
+def test_a_peaks_time_that_differs_in_two_runs_is_no_better_known() -> None:
+    """By 3 h^2 between edges of h = 1 and 2: its error is 1, whatever flatness may add."""
+    other = CompanionRun(run_of(1.0, **{PEAK_TIME: 4.0}), (2.0, 2.0))
+    found = tap_errors(run_of(1.0), other, Resolution(1e-9, 1.0))
+    assert found[PEAK_TIME] == pytest.approx(1.0)
+
+
+def test_a_stress_that_is_largest_as_the_tap_ends_is_known_as_that_end_is() -> None:
+    """It grows by 10 Pa/s up to the end at 0.95 s and falls from there: a tap that ends 0.02 s
+    sooner reads 0.2 Pa less, one that ends later the same.
+    """
+    time = np.arange(0.0, 1.46, 0.05)
+    run = run_of(9.5, contact_time_s=0.0, contact_duration_s=0.95, peak_normal_force_time_s=0.5)
+    run.history.time_s = time
+    run.history.stress_R_Pa = 10.0 * np.minimum(time, 1.9 - time)
+    force = np.sin(np.pi * time / 0.95) + 2e-3
+    run.forces = SimpleNamespace(time_s=time, normal_force_N=force, tangential_force_N=force)
+    known = dict.fromkeys(STIFFNESS_EXPONENTS, 1e-3) | {"contact_duration_s": 0.02}
+    assert rivals(run, known)["peak_stress_R_Pa"] == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(("angle", "edge"), [(0.3, 1.0), (-0.3, 3.0)])
+def test_the_edge_at_the_contact_is_that_of_the_end_that_points_down(
+    angle: float, edge: float
+) -> None:
+    """A row along X turned below the horizontal is lowest at its end towards -X."""
+    points = np.array([[0.0, 0.0], [1.0, 0.0], [3.0, 0.0], [6.0, 0.0]])
+    facets = np.array([[0, 1], [1, 2], [2, 3]])
+    mesh: Any = SimpleNamespace(points=points, facet_sets={"surface": facets}, dim=2)
+    assert spacing(mesh, angle) == pytest.approx(edge, rel=1e-12)
+
+
+def test_a_speed_that_changes_within_a_facets_sagitta_is_known_to_that_change(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Where nodes lie is chance: the pole may touch sooner, with the velocity it has there."""
+    monkeypatch.setattr(estimate, "arrival_errors", lambda *given: (0.0, np.array([0.1, 0.0])))
+    touch, sooner = (rf.ChainState(np.zeros(1), np.full(1, rate), 0.0) for rate in (0.0, 1.0))
+    flight = SimpleNamespace(
+        touch=touch,
+        pole_velocity=lambda state: np.array([0.03, 0.2]) * state.rates[0],
+        flown=SimpleNamespace(before=lambda end: sooner),
+    )
+    settings = SimpleNamespace(flight="explicit", flight_error=False)
+    solved: Any = SimpleNamespace(
+        scene=SimpleNamespace(settings=settings, mesh=SimpleNamespace(dim=3)), radius=R
+    )
+    given: Any = (None, (None, None), flight, (0.0, -2.0), 2.0, Resolution(1e-3, 1.0))
+    found = estimate._flight_errors(solved, *given)
+    np.testing.assert_allclose(found.apart, [0.1, 0.2], rtol=1e-12)
+    assert found.of_speed == pytest.approx(0.2 / 2.0)
+
+
+@pytest.mark.parametrize(
+    ("of_mesh", "refine"), [(0.06, True), (0.04, False), (math.inf, False), (None, False)]
+)
+def test_a_finer_mesh_is_asked_for_where_it_may_remove_half_of_an_error(
+    of_mesh: float | None, refine: bool
+) -> None:
+    """An error of 10 %; what nothing is known of asks for none."""
+    summary = rf.Summary(
+        wall_time_s=0.0, steps=0, elements=0, time_step_s=0.0, peak_normal_force_N=-2.0
+    )
+    part = {} if of_mesh is None else {PEAK: 2.0 * of_mesh}
+    (line,) = imprecise(summary, {PEAK: 0.2}, part, 0.7)
+    assert line.startswith("estimated errors beyond 2 %: peak normal force 10 %")
+    assert ("an edge where it touches is 0.7 of the patch's radius: refine" in line) is refine
+
+
+def test_a_velocitys_error_is_that_of_its_worse_component_over_the_speed() -> None:
+    summary = rf.Summary(wall_time_s=0.0, steps=0, elements=0, time_step_s=0.0, **{V: (3.0, -4.0)})
+    for errors in ((0.5, 0.01), (0.01, 0.5)):
+        (line,) = imprecise(summary, {V: errors}, {}, 1.0)
+        assert "tip velocity at contact 10 %" in line
+
+
+def test_the_phalanx_whose_inertia_is_furthest_off_is_named() -> None:
+    true = np.array([2.0, 3.0, 4.0])
+    (text,) = unlike_shape(true * [1.0, 1.02, 0.9], true)
+    assert "phalanx 3" in text
+    assert "10 % off" in text
+    assert unlike_shape(true * (1.0 + 9e-4), true) == ()

@@ -14,6 +14,7 @@ from reference_fem.elastic_response import (
     WEIGHT_SHARE,
     ElasticResponse,
     elastic_response,
+    loads,
 )
 from reference_fem.flight_error import SETTLING_EFFECT, Flight, OmittedMotion, omitted_motion
 from reference_fem.model import build_model
@@ -315,3 +316,43 @@ def test_what_is_left_out_is_in_every_error_and_said(
     waves = 2.0 * 0.1 * math.sqrt(RUBBER.youngs_modulus * RUBBER.density)
     of_speed = (0.12 + 0.01 * SETTLING_EFFECT["peak_stress_R_Pa"]) * run.summary.peak_stress_R_Pa
     assert more("peak_stress_R_Pa") == pytest.approx(of_speed + waves, rel=1e-9)
+
+
+def test_what_hangs_on_a_phalanx_of_a_straight_chain_that_spins() -> None:
+    """p = rho A omega² r at each end, and the next one's mass at its middle, 3/2 L from the axis.
+
+    Without gravity, and with equal rates, nothing turns faster or slower.
+    """
+    rods, spin = meshes.FingerGeometry((L, L), (2 * R, 2 * R), tip="flat"), 30.0
+    chain = true_chain(rods, (SOFT,) * 2, rf.Drive(gravity=0.0), 3)
+    line = SOFT.density * AREA
+    state = ChainState(np.zeros(2), np.full(2, spin), 0.0)
+    across, along, pull = loads(chain, state, np.full(2, L), np.full(2, line))
+    unit = line * spin**2 * L
+    np.testing.assert_allclose(along, [unit, 2 * unit], rtol=1e-9)
+    np.testing.assert_allclose(pull, [1.5 * unit * L, 0.0], rtol=1e-9, atol=1e-9 * unit * L)
+    assert across.max() < 1e-9 * unit
+
+
+def test_what_settles_is_bent_by_the_loads_at_the_touch() -> None:
+    """A rod that lies until its touch, and then hangs, is no longer bent but stretched."""
+    start = ChainState(np.zeros(1), np.zeros(1), 0.0)
+    turns = Descent(
+        start, 1.0,
+        lambda time: ChainState(np.full(1, math.pi / 2 * (time == 1.0)), np.zeros(1), time),
+    )  # fmt: skip
+    of = of_rods(1, rf.Drive(), turns)
+    stretch = SOFT.density * G * L**2 / (2 * SOFT.youngs_modulus)
+    assert of.settling == pytest.approx(stretch * SOFT.bar_speed * math.pi / (2 * L), rel=1e-6)
+    assert of.depth > 2 * stretch  # as it lay
+
+
+def test_elements_that_fly_are_bent_already_as_they_touch() -> None:
+    """Only rods take up their loads at the touch."""
+    _, of = flown(RUBBER, rf.Drive(), STEEP)
+    settled = [
+        omitted_motion(of, how, rf.Drive(), FINGER, (RUBBER,) * 3, 1.0, 0.25).settling
+        for how in ("rigid", "coarse", "explicit")
+    ]
+    assert settled[0] > 0.0
+    assert settled[1:] == [0.0, 0.0]

@@ -1,6 +1,8 @@
 """What is read off the run: transitions, stress at R, thickness, thinned records."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from reference_fem import Drive, Material, Settings, Surface
 from reference_fem.dynamics.recorder import Thinned
 from reference_fem.elements.kinds import chord_thickness
 from reference_fem.model import build_model
-from reference_fem.summary import confirmed_maxima, slip_states
+from reference_fem.result import ForceRecord, Summary
+from reference_fem.summary import confirmed_maxima, slip_states, summarize
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import GEOMETRY, body
 
@@ -116,3 +119,30 @@ def test_thinned_record_is_equally_spaced_and_bounded() -> None:
         assert record.items[0] == 0
         if number >= 10:
             assert len(record.items) >= 5
+
+
+def test_a_state_between_slip_and_stick_is_the_one_before() -> None:
+    """A ratio of 0.96 of Coulomb's is neither: only one below 0.95 sticks."""
+    normal = np.full(4, 2.0)
+    for between, changes in ((0.96, 0), (0.94, 1)):
+        states = slip_states(normal, np.array([1.0, between, between, 1.0]), 0.5, 0.1)
+        assert (states["slip_to_stick"], states["stick_to_slip"]) == (changes, changes)
+        assert states["reverse_slip"] is False  # it slips, and one way only
+
+
+def test_a_tap_is_read_from_no_force_to_no_force_and_no_further() -> None:
+    """Forces of 1, 1 and 3 N at steps of 1 s between zeros: 5 N s by trapezoids; signs stay."""
+    time = np.arange(6.0)
+    forces = ForceRecord(
+        time, np.array([0.0, 1.0, 1.0, 3.0, 0.0, 9.0]), np.array([0.0, 0.2, 0.0, -0.5, 0.0, 9.0]),
+        np.array([1.0, -1.0, -1.0, -1.0, 1.0, -1.0]),
+    )  # fmt: skip
+    samples: Any = SimpleNamespace(
+        time_s=time, stress_R_Pa=np.array([0.0, 3.0, -5.0, 1.0, 0.0, 9.0])
+    )
+    blank = Summary(wall_time_s=0.0, steps=0, elements=0, time_step_s=1.0)
+    summary = summarize(forces, samples, 0.0, None, 3.0, blank)
+    assert summary.normal_impulse_N_s == pytest.approx(5.0)
+    assert summary.peak_normal_force_N == 3.0
+    assert summary.peak_tangential_force_N == -0.5
+    assert summary.peak_stress_R_Pa == -5.0

@@ -280,3 +280,15 @@ def test_damped_elements_under_a_torque_set_out() -> None:
     settings = rf.Settings(flight="explicit", end_time_s=1e-3, estimate=False)
     run = rf.simulate(mesh, (material,) * 2, surface, drive, settings)
     assert run.status is rf.Status.NOT_REACHED, run.message
+
+
+@pytest.mark.parametrize(("slides_below", "said"), [(0.3, False), (0.7, True)])
+def test_a_tip_that_slides_only_where_it_hardly_presses_does_not_flutter(
+    slides_below: float, said: bool
+) -> None:
+    """It sticks at half of Coulomb's ratio above that share of its peak."""
+    phase = np.linspace(0.0, math.pi, 50)
+    normal = 100.0 * np.sin(phase)
+    tangential = -0.3 * normal * np.where(normal < 100.0 * slides_below, 1.0, 0.5)
+    forces = rf.ForceRecord(phase, normal, tangential, phase)
+    assert bool(flutter(forces, 0.3, RUBBER, 0.3e-3, 1e-3)) is said

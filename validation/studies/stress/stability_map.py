@@ -71,7 +71,7 @@ class CellVerdict:
         found = replace(self, error=error, checked_by=f"{self.checked_by}, {other}")
         if error is None or error <= RIGHT_WITHIN:
             return found
-        return found.judged(Answer.WRONG, f"{quantity} differs by {error:.2g} from {other}")
+        return found.judged(Answer.WRONG, f"{quantity} differs by {100 * error:.2g} % from {other}")
 
     def within_stated(
         self, other: str, numbers: Mapping[str, StatedError], cautioned: bool
@@ -88,7 +88,7 @@ class CellVerdict:
         off = {n: t for n, (stated, t) in shares.items() if stated == inf and t > WRONG_SHARE}
         if off:
             worst = max(off, key=off.__getitem__)
-            apart = f"{worst} differs by {off[worst]:.2g} from {other}"
+            apart = f"{worst} differs by {100 * off[worst]:.2g} % from {other}"
             answer = Answer.FLAGGED if cautioned else Answer.WRONG
             found = found.judged(answer, f"{apart}, and its error is not known to the run")
             return replace(found, error=off[worst], stated=inf)
@@ -98,8 +98,8 @@ class CellVerdict:
         if not understated(stated, true):
             return found
         answer = Answer.WRONG if true > WRONG_SHARE and not cautioned else Answer.UNDERSTATED
-        said = f"{worst} differs by {true:.2g} from {other}, and {stated:.2g} is stated"
-        return found.judged(answer, said)
+        apart = f"{worst} differs by {100 * true:.2g} % from {other}"
+        return found.judged(answer, f"{apart}, and {100 * stated:.2g} % is stated")
 
 
 Judge = Callable[[Any], CellVerdict]

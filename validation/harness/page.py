@@ -35,9 +35,9 @@ def opening(name: str) -> str:
     return name[:1].upper() + name[1:]
 
 
-def number(value: Any) -> str:
-    """A rounded number; a dash if there is none."""
-    return rounded(value) or "–"
+def number(value: Any, column: str = "") -> str:
+    """A number as in that column of a table; a dash if there is none."""
+    return rounded(value, column) or "–"
 
 
 def worded(rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> list[str]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +16,20 @@ LATEX = str.maketrans(  # pandas escapes cells alone
 )
 
 
-def rounded(value: Any) -> str:
-    """A number with four significant digits, a text as it is, "" if nothing is known."""
+ERRORS = ("_error", "uncertainty", "uncertainty_percent")
+"""How the names of columns of errors end."""
+
+
+def rounded(value: Any, column: str = "") -> str:
+    """A number with four significant digits, two if it is an error by the name of its column; a
+    text as it is, "" if nothing is known.
+    """
     if value is None or (isinstance(value, float) and not math.isfinite(value)):
         return ""
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
+    if column.endswith(ERRORS):
+        value = float(f"{value:.2g}")
     if isinstance(value, int) or (value == int(value) and abs(value) < 1e6):
         return f"{value:.0f}"
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.4g}"
@@ -33,7 +42,8 @@ def heading(column: str) -> str:
 
 def for_people(table: pd.DataFrame) -> pd.DataFrame:
     """The table rounded, without columns that are empty throughout."""
-    return table.dropna(axis="columns", how="all").map(rounded)
+    shown = table.dropna(axis="columns", how="all")
+    return shown.apply(lambda column: column.map(partial(rounded, column=str(column.name))))
 
 
 def write_table(

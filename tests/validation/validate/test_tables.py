@@ -53,6 +53,13 @@ def test_efficiency_rows_have_sources(make_record: Make) -> None:
     assert table.paper_source[1].startswith("paper: Table 3 (T3.3 T3.7)")
 
 
+def test_an_errors_column_has_two_digits_and_its_csv_all(tmp_path: Path) -> None:
+    row = {"peak": 64.4748, "peak_error": 0.066451, "error_percent": -37.318}
+    markdown = write_table(tmp_path, "one", table_of([row]), "One")
+    assert markdown.splitlines()[-1].split()[1::2] == ["64.47", "0.066", "-37.32"]
+    assert "0.066451" in (tmp_path / "one.csv").read_text()
+
+
 def test_a_caption_means_in_latex_what_it_says(tmp_path: Path) -> None:
     write_table(tmp_path, "one", table_of([{"a_b": 1.0}]), r"5 % of x_1 & {C:\d} #2 ~ $3^2")
     assert (

@@ -70,7 +70,7 @@ def cautions(runs: Runs) -> list[str]:
 
 
 def sentences(rows: list[Difference]) -> list[str]:
-    """One sentence per scene and model on the peak force, worded to match the numbers."""
+    """One sentence per scene and model on the peak force, and what is further apart than that."""
     result = []
     for row in rows:
         if row.quantity != OF_A_TAP[0]:
@@ -81,14 +81,28 @@ def sentences(rows: list[Difference]) -> list[str]:
             without = row.model if row.reduced is None else f"the reference of {row.model}"
             result.append(f"{finger}: no comparison, {without} failed or touched nothing.")
             continue
-        apart = f"{abs(error):.1f} % {'above' if error > 0 else 'below'}"
+        apart = _apart(error)
         if apart.startswith("0.0 "):
             apart = "within 0.05 % of"
         known = "no error is stated: not judged"
         if verdict.uncertainty is not None:
             known = f"known to {two_digits(verdict.uncertainty)} %: {verdict.judgement}"
-        result.append(f"{finger}: {whose}'s peak force lies {apart} the reference's ({known}).")
+        text = f"{finger}: {whose}'s peak force lies {apart} the reference's ({known})."
+        further = ", ".join(
+            f"{of.quantity.title} {_apart(of.error_percent)}"
+            for of in rows
+            if (of.scene, of.model) == (row.scene, row.model)
+            and of.error_percent is not None
+            and abs(of.error_percent) > max(abs(error), MATTERS)
+            and of.verdict is not None
+            and of.verdict.judgement == "resolved"
+        )
+        result.append(text + f" Further apart, and resolved: {further}." * bool(further))
     return result
+
+
+def _apart(percent: float) -> str:
+    return f"{abs(percent):.1f} % {'above' if percent > 0 else 'below'}"
 
 
 def assumption_effects(runs: Runs) -> list[str]:

@@ -301,6 +301,25 @@ def test_headline_judges_by_what_both_runs_state(
     assert (f": {judgement})." in said) == (error is not None)
 
 
+def test_headline_names_what_is_further_apart_than_the_peak(make_record: Make) -> None:
+    """An impulse 40 % below under a peak that agrees, as of a restitution that a solid lacks; not
+    a duration whose error is larger than its difference.
+    """
+    stated = dict.fromkeys(("peak_normal_force_N", "normal_impulse_N_s"), 1e-6)
+    beams, solid = (
+        replace(run, errors={**stated, "contact_duration_s": 1.0})
+        for run in (make_record(peak=75.1), make_record("soft", "fem3d", "contact", 75.0))
+    )
+    other = {
+        name: 0.6 * solid.summary[name] for name in ("normal_impulse_N_s", "contact_duration_s")
+    }
+    beams = replace(beams, summary={**beams.summary, **other})
+    said = next(
+        s for s in sentences(differences(Runs((beams, solid)))) if "the reduced model's" in s
+    )
+    assert said.endswith(" Further apart, and resolved: normal impulse 40.0 % below.")
+
+
 @pytest.mark.parametrize(
     ("value", "text"),
     [

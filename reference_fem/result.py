@@ -61,8 +61,8 @@ _ADVICE = {
         "soften the contact, or use a stiffer material"
     ),
     Status.PASSED_THROUGH: (
-        "this model lets only the last phalanx touch: raise surface.height, or turn drive.torques "
-        "so that the tip arrives first"
+        "this model lets only the last phalanx touch: try another surface.height, mostly a larger "
+        "one, or torques (drive.torques; the last phalanx's first) that keep the tip lowest"
     ),
     Status.WORK_LIMIT: (
         "the run is longer than it was meant to be: shorten solver.fem.end_time, coarsen the mesh, "

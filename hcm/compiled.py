@@ -78,11 +78,9 @@ class InnerKernel(CPUDispatcher):
     @functools.cached_property
     def entry(self) -> Callable[..., Any]:
         """The kernel with code for calls from Python, not cached on disk."""
-        kernel, options = self, {**self.targetoptions, "no_cpython_wrapper": False}
-        del options["nopython"]
-        # what is not inlined has its own code in the cache
-        inlined = options.pop("inline", "never") == "always"
-        return njit(**options)(self.py_func if inlined else lambda *args: kernel(*args))
+        own = ("nopython", "inline", "no_cpython_wrapper")
+        options = {name: value for name, value in self.targetoptions.items() if name not in own}
+        return njit(**options)(self.py_func)
 
 
 def options_of(*fastmath: str, **options: object) -> dict[str, object]:

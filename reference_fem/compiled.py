@@ -16,6 +16,8 @@ from typing import Any
 import numba
 from numba.core.registry import CPUDispatcher
 
+from reference_fem.linked import LinkedCompiler
+
 # Threads that spin while they wait for each other make a run on a busy machine 10 to 20 times
 # slower; libgomp reads this as it is loaded, by the first mesh (gmsh) or the first kernel.
 os.environ.setdefault("OMP_WAIT_POLICY", "passive")
@@ -25,7 +27,7 @@ _IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULT
 
 
 class InnerKernel(CPUDispatcher):
-    """A kernel without code for calls from Python, of which the first such call compiles some."""
+    """A kernel without code of its own: the first call from Python compiles some."""
 
     def __call__(self, *args: Any) -> Any:
         """Call the kernel from Python, as the tests do."""
@@ -34,11 +36,9 @@ class InnerKernel(CPUDispatcher):
     @functools.cached_property
     def entry(self) -> Callable[..., Any]:
         """The kernel with code for calls from Python, not cached on disk."""
-        kernel, options = self, {**self.targetoptions, "no_cpython_wrapper": False}
-        del options["nopython"]
-        # what is not inlined has its own code in the cache
-        inlined = options.pop("inline", "never") == "always"
-        return numba.njit(**options)(self.py_func if inlined else lambda *args: kernel(*args))
+        own = ("nopython", "inline", "no_cpython_wrapper")
+        options = {name: value for name, value in self.targetoptions.items() if name not in own}
+        return numba.njit(**options)(self.py_func)
 
 
 def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
@@ -47,8 +47,6 @@ def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)
-        if options.get("no_cpython_wrapper"):
-            dispatcher.__class__ = InnerKernel
         if options.get("cache"):
             stamp = source_stamp(Path(function.__code__.co_filename))
             # Private to numba; a test shows that the version in use still reads them.
@@ -95,7 +93,25 @@ def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
 # the audit, not be optimised away.
 SAFE_MATH = {"contract", "nsz"}
 entry = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
-# Called by kernels only: the code for calls from Python takes a fifth of the time of compiling.
-inner = functools.partial(njit, cache=True, error_model="numpy", no_cpython_wrapper=True)
+# Options of what only kernels call.
+LINKED = {
+    "error_model": "numpy",
+    "no_cfunc_wrapper": True,
+    "no_cpython_wrapper": True,
+    "pipeline_class": LinkedCompiler,
+}
+
+
+def inner(**options: object) -> Callable[[Callable[..., Any]], Any]:
+    """Compile a function that only kernels call, with these options of numba."""
+
+    def decorate(function: Callable[..., Any]) -> Any:
+        dispatcher = numba.njit(**LINKED, **options)(function)
+        dispatcher.__class__ = InnerKernel
+        return dispatcher
+
+    return decorate
+
+
 kernel = inner(fastmath=SAFE_MATH)
 inlined = inner(fastmath=SAFE_MATH, forceinline=True)

@@ -92,11 +92,8 @@ def test_the_cache_notices_an_edited_callee(
 @pytest.mark.parametrize("compiled", [hcm.compiled, reference_fem.compiled])
 def test_a_kernel_for_kernels_is_called_from_python(compiled: ModuleType) -> None:
     """It is compiled anew then: it has no code for such calls."""
-    decorate = (
-        compiled.kernel if compiled is hcm.compiled else compiled.njit(no_cpython_wrapper=True)
-    )
 
-    @decorate
+    @compiled.kernel
     def product(x: float, y: float) -> float:
         return x * y
 

@@ -13,7 +13,7 @@ from numba import prange
 from numba.extending import overload
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import SAFE_MATH, inner, njit
+from reference_fem.compiled import LINKED, SAFE_MATH, inner, njit
 from reference_fem.elements.blocks import Blocks, Moving, Stored
 from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import (
@@ -52,7 +52,7 @@ def implement(
 ) -> None:
     """Register compiled versions of `add_force` and `least_det` for blocks of `kind`."""
     for asked, compiled in ((add_force, force), (least_det, det)):
-        overload(asked, strict=False)(_for_blocks_of(kind, compiled))
+        overload(asked, strict=False, jit_options=LINKED)(_for_blocks_of(kind, compiled))
 
 
 def _for_blocks_of(kind: type[Blocks], compiled: Callable[..., Any]) -> Callable[..., Any]:

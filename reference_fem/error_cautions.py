@@ -73,8 +73,8 @@ def flutter(
     return (
         "a sliding elastic tip flutters, and meshes this fine do not converge: of 74 fingers 20 "
         "had a peak or an impulse more than 1 % off, by up to 11 %; set "
-        f"material.relaxation_time = {time_s:.2g}; runs that are given an accuracy have it, but "
-        "near the touch only",
+        f"material.relaxation_time = {time_s:.2g} (not with hex8-one-point), or leave it and the "
+        "element out of a run that is given an accuracy",
     )
 
 

@@ -143,7 +143,7 @@ def estimated(
     velocity = run.summary.tip_velocity_at_contact_m_per_s
     if run.summary.contact_time_s is None or velocity is None or flown is None:
         return run
-    if companion is None and not isinstance(scene.settings.contact, str):
+    if not isinstance(scene.settings.contact, str):
         return run  # a lumped law has no patch to resolve
     flight = Flight(chain, gap, solved.model.points[[solved.model.pole]], flown)
     angle, approach_speed = float(flight.touch.angles[-1]), max(abs(velocity[1]), 1e-300)

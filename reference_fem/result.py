@@ -45,8 +45,8 @@ _ADVICE = {
         "it, or raise solver.fem.max_flight_time or solver.fem.end_time"
     ),
     Status.STILL_IN_CONTACT: (
-        "the window ended before the finger left the surface: raise solver.fem.max_contact_time or "
-        "solver.fem.end_time"
+        "the window ended before the finger left the surface, or before solver.fem.tap_until: "
+        "raise solver.fem.end_time or, without one, solver.fem.max_contact_time"
     ),
     Status.UNSTABLE: (
         "the energy balance is lost: lower solver.fem.step_factor (above 0.9 the steps have no "

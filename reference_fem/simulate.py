@@ -82,6 +82,11 @@ def simulate(
         if compared is not None and compared.given[part] != scene.given[part]:
             raise ValueError(f"compared: its {part} is not this run's: must be of the same finger")
     if companion is not None:
+        if not isinstance(scene.settings.contact, str):
+            raise ValueError(
+                "companion: a lumped contact has no patch by which a mesh is judged: leave it out,"
+                " and compare with a run on another mesh"
+            )
         if (companion.dim, companion.phalanges) != (mesh.dim, mesh.phalanges):
             raise ValueError(
                 f"companion: {companion.dim}D with {companion.phalanges} phalanges: must be a mesh"

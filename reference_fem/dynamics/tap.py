@@ -125,7 +125,7 @@ def ending(settings: Settings, tap: Tap, now_s: float, start_s: float) -> tuple[
     if (end is not None and now_s >= end) or (end is None and tap.over):
         if tap.over:
             return Status.COMPLETED, f"completed at t = {now_s:.6g} s"
-        return Status.STILL_IN_CONTACT, f"in contact at the end time, t = {now_s:.6g} s"
+        return Status.STILL_IN_CONTACT, f"the tap goes on at the end time, t = {now_s:.6g} s"
     lasts = now_s - tap.first_touch_s
     if not tap.over and lasts > settings.tap_until_s + settings.max_contact_time_s:
         return Status.STILL_IN_CONTACT, f"the tap lasts {lasts:.3g} s, at t = {now_s:.6g} s"

@@ -263,6 +263,19 @@ def test_a_body_at_rest_without_gravity_stays_for_as_long_as_it_is_not_driven(
     assert still.status is rf.Status.NOT_REACHED
 
 
+def test_a_window_that_ends_before_its_touches_may_begin_says_so(
+    plane_mesh: meshes.FingerMesh,
+) -> None:
+    """The tip has left, but touches until `tap_until` would belong to the tap."""
+    whole = tap(plane_mesh)
+    after = (whole.summary.contact_time_s or 0.0) + 2 * (whole.summary.contact_duration_s or 0.0)
+    result = tap(plane_mesh, end_time_s=after, tap_until_s=0.1)
+    assert result.status is rf.Status.STILL_IN_CONTACT
+    assert result.forces.normal_force_N[-1] == 0.0
+    assert "the tap goes on at the end time" in result.message
+    assert "before solver.fem.tap_until: raise solver.fem.end_time" in result.message
+
+
 def test_window_too_short(plane_mesh: meshes.FingerMesh) -> None:
     result = tap(plane_mesh, max_contact_time_s=5e-5)
     assert result.status is rf.Status.STILL_IN_CONTACT

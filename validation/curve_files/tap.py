@@ -75,6 +75,12 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
             f"touches {count} times; the first tap is compared, of {of} and {own} where the "
             f"largest has {largest} (if some are scatter, raise threshold_N)"
         )
+    if joined > 1:
+        whole = float(time[tap][-1] - time[tap][0])
+        notes.append(
+            "models part taps by a prediction: for the same touches set solver.hcm.tap_until and"
+            f" solver.fem.tap_until = {whole:.2g}"
+        )
     for name, line in lines.items():
         by_samples = AXES[name][0] in errors.keys() - sidecar.uncertainty.model_fields_set
         found = _quality(np.abs(contact[name][tap]), line, body, "; errors include it" * by_samples)

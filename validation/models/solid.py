@@ -113,8 +113,9 @@ class Solid(Adapter):
                     for body in (mesh, beside)
                 )
                 coarse = coarse and solid_mesh.relaxing_nowhere(coarse)
-            if settings.element == reference_fem.ONE_POINT and self.dimension == 3 and not warm:
-                _warm_up_element(self, settings.element, damped)
+            one_point = settings.element == reference_fem.ONE_POINT and self.dimension == 3
+            if one_point and not damped and not warm:  # a damped one is refused
+                _warm_up_element(self, settings.element)
             start = time.perf_counter()
             restart = None
             if checkpoint is not None:
@@ -156,9 +157,9 @@ def _may_judge(coarser: _Solve, settings: Any, edge: float | None) -> bool:
 
 
 @cache
-def _warm_up_element(model: Solid, element: str, damped: bool) -> None:
+def _warm_up_element(model: Solid, element: str) -> None:
     """Tap with an element that is not the default, once per process: it has its own kernels."""
-    keys = f"solver.fem.element={element}", f"material.relaxation_time={1e-8 * damped}"
+    keys = f"solver.fem.element={element}", "material.relaxation_time=0"
     warmed = model._solved(load_scene("soft", (*WARM_UP, *keys)), None, None, [], warm=True)
     unless_interrupted(warmed.record)
 

@@ -203,20 +203,23 @@ def accuracy_record(
             "tip_size": (sizing.tip_size, "a share of the predicted patch, to the power 3/2"),
             "section_size": (sizing.section_size, shafts),
             "axial_size": (sizing.axial_size, shafts),
-            "growth": (sizing.growth, "edge growth behind the patch"),
-            "halvings": (
+        }
+        if sizing.tip_size < sizing.section_size:  # an even tip has neither
+            found["growth"] = (sizing.growth, "edge growth behind the patch")
+            found["halvings"] = (
                 (0, "a shaft that touches is refined along its length")
                 if sizing.lies
                 else (sizing.halvings, "skipped: fine edges away from where it touches")
-            ),
-            "contact": (settings.contact, "no penetration to resolve, no penalty to choose"),
-            "flight": flown,
-        }
+            )
+        contact = (settings.contact, "no penetration to resolve, no penalty to choose")
+        found |= {"contact": contact, "flight": flown}
     if settings.element is not None:
         found["element"] = (settings.element, "skipped: seven of eight points, 1 % of a tap")
     relaxes = max(m.relaxation_time for m in materials)
     if relaxes != 0.0:
-        friction = "near the touch: without it a sliding tip flutters, meshes come to no limit"
+        near = sizing is not None and not sizing.lies and fem.end_time is None
+        where = "near the touch: " if near else ""
+        friction = f"{where}without it a sliding tip flutters, meshes come to no limit"
         found["relaxation_time"] = (relaxes, friction)
     stated = fem.stated(meshes.Sizing) | fem.stated(reference_fem.Settings)
     stated |= dict.fromkeys((*tables.material.model_fields_set, "mesh"))

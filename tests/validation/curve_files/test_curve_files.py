@@ -681,6 +681,7 @@ def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) ->
             "",
             "touches 2 times; .* of 2 touches and 6 N where the largest has 6",
         ),
+        (GOOD + "4e-4,1,0\n5e-4,0,0\n", "", "fem.tap_until = 0.0005$"),
         (
             "0,-0.1,0\n".join(GOOD.split("0,0,0\n", 1)),
             "threshold_N = 0.2",

@@ -309,7 +309,7 @@ def test_an_element_that_is_not_the_default_is_compiled_before_it_is_timed(
     monkeypatch.setattr(solid, "_warm_up_element", lambda *given: warmed.append(given))
     for keys in ((), ("solver.fem.element=hex8-one-point",)):
         assert solid.FEM3D.run(load_scene("soft", (*solid.WARM_UP, *keys))).record.ok
-    assert warmed == [(solid.FEM3D, "hex8-one-point", False)]
+    assert warmed == [(solid.FEM3D, "hex8-one-point")]
 
 
 @pytest.mark.parametrize(
@@ -321,6 +321,14 @@ def test_an_element_that_is_none_is_refused_by_its_own_scene(
     scene = load_scene("soft", (*solid.WARM_UP, f"solver.fem.element={element}"))
     with pytest.raises(UserError, match=f"scene mine: element = '{element}'"):
         model.run(replace(scene, name="mine"))
+
+
+def test_damping_that_an_element_lacks_is_refused_by_its_own_scene() -> None:
+    """The warm-up was refused before it, as scene soft with 1e-08 s."""
+    keys = "solver.fem.element=hex8-one-point", "material.relaxation_time=5.6e-8"
+    scene = replace(load_scene("soft", (*solid.WARM_UP, *keys)), name="mine")
+    with pytest.raises(UserError, match=r"scene mine: relaxation_time = 5.6e-08"):
+        solid.FEM3D.run(scene)
 
 
 LOW = (

@@ -502,3 +502,13 @@ def test_an_accuracys_choices_are_those_of_the_run() -> None:
         told = accuracy_record(tables, of, (settings, damped), record)
         by = {choice["setting"]: choice["value"] for choice in told["choices"]}
         assert (by["halvings"], by["relaxation_time"]) == (halvings, "2e-09")
+    even = replace(sizing, tip_size=sizing.section_size)
+    told = accuracy_record(tables, even, (settings, damped), record)
+    assert not {"growth", "halvings"} & {choice["setting"] for choice in told["choices"]}
+    # further taps may be elsewhere, and a shaft that lies touches anywhere: all elements relax
+    on = load_scene("soft", ["solver.fem.accuracy=1e-2", "solver.fem.end_time=0.2"]).tables
+    lying = replace(sizing, contact_angle=1.57)
+    for of, by_size, near in ((tables, sizing, True), (on, sizing, False), (tables, lying, False)):
+        told = accuracy_record(of, by_size, (settings, damped), record)
+        (why,) = [c["reason"] for c in told["choices"] if c["setting"] == "relaxation_time"]
+        assert ("near the touch" in why) is near

@@ -226,9 +226,10 @@ def _compared(
         bent = bending_wave_stress(fall.ringing + fall.bending, finger.phalanges[-1])
         late = omitted_time(fall.largest / fall.speed, finger, fall.time)
     stated = _stated(chosen)
-    smallest = accuracy <= SMALLEST and not stated
-    remedy = f"{accuracy:g} is the smallest accuracy" if smallest else "ask for a smaller accuracy"
-    remedy += f" without stating {stated}" * bool(stated)
+    if accuracy > SMALLEST:
+        remedy = "ask for a smaller accuracy" + f" without stating {stated}" * bool(stated)
+    else:
+        remedy = f"leave out {stated}" if stated else f"{accuracy:g} is the smallest accuracy"
     # not estimated from two runs: `SAFETY`, which multiplies all errors below, does not apply
     omitted = bent / SAFETY, late / SAFETY
     apart_by = companion_errors(result, coarse, of_stress, left_out, *omitted)

@@ -2,7 +2,7 @@
 
 from dataclasses import fields, replace
 from types import SimpleNamespace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from hcm.estimate import (
     tap_peaks,
     turn_band,
 )
-from hcm.flight_band import flight_band
+from hcm.flight_band import flight_band, positions, touch_band
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 ONE = hcm.Finger((replace(SOFT, youngs_modulus=65e6, elements=20),))
@@ -492,3 +492,57 @@ def test_a_tap_grazes_where_its_tip_turned_back_almost_without_force(
         ),
     )  # fmt: skip
     assert grazes(run) is grazed
+
+
+def test_two_flights_as_rods_differ_by_the_time_and_velocity_of_their_touch() -> None:
+    """A touch 1 us later at 2 m/s is 2 um away; each component has its own difference."""
+    band = touch_band(1e-6, (1.0, -2.0), (1.3, -2.1))
+    assert band.height == pytest.approx(2e-6, rel=1e-12)
+    assert band.velocity == pytest.approx((0.3, 0.1), rel=1e-12)
+    assert band.approach == pytest.approx(0.1, rel=1e-12)
+    assert band.stress == 0.0
+
+
+def path(time: np.ndarray, height: np.ndarray, speed: np.ndarray, touch: float) -> Any:
+    """A run of a tip that sinks, whose tap of 0.1 s begins at `touch`."""
+    history = SimpleNamespace(
+        time_s=time, stress_R_Pa=0.0 * time,
+        tip_position_m=np.stack([0.0 * time, height], axis=1),
+        tip_velocity_m_per_s=np.stack([0.0 * time, speed], axis=1),
+    )  # fmt: skip
+    summary = SimpleNamespace(contact_time_s=touch, contact_duration_s=0.1)
+    return SimpleNamespace(history=history, summary=summary)
+
+
+def test_a_path_of_third_order_is_known_between_its_rows() -> None:
+    """By heights and velocities at rows of uneven steps, one of them double."""
+    rows = np.array([0.0, 0.3, 0.3, 0.7, 1.5])
+    cubic = np.polynomial.Polynomial([0.2, -1.0, 0.7, -0.4])
+    run = path(rows, cubic(rows), cubic.deriv()(rows), 1.5)
+    time = np.linspace(0.0, 1.5, 31)
+    assert positions(run.history, time) == pytest.approx(cubic(time), abs=1e-14)
+
+
+@pytest.mark.parametrize("first", ["own", "other"])
+def test_flights_are_compared_up_to_the_earlier_of_two_touches(first: str) -> None:
+    """What the tip does in its tap, while the other run still flies, is no part of it."""
+    time = np.linspace(0.0, 1.2, 1201)
+    bounces = np.abs(time - 1.0)
+    early = path(time, bounces, np.where(time <= 1.0, -1.0, 1.0), 1.0)
+    late = path(time, 1.0 - time, np.full(time.size, -1.0), 1.2)
+    band = flight_band(*((early, late) if first == "own" else (late, early)))
+    assert (band.height, band.approach) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert band.velocity == pytest.approx((0.0, 0.0), abs=1e-12)
+
+
+def test_a_difference_that_lasts_half_a_contact_is_one_of_the_approach() -> None:
+    """d = a t: the band of its rate is 2 a, however short a part of the flight is looked at."""
+    time, apart = np.linspace(0.0, 1.0, 1001), 0.01
+    own = path(time, 1.0 - time, np.full(time.size, -1.0), 1.0)
+    speed = np.full(time.size, apart - 1.0)
+    other = path(time, 1.0 - (1.0 - apart) * time, speed, 1.0)
+    for lasts in (1e-3, 0.1, 3.0):
+        own.summary.contact_duration_s = lasts
+        band = flight_band(own, other)
+        assert band.approach == pytest.approx(2.0 * apart, rel=1e-9)
+        assert band.velocity[1] == pytest.approx(2.0 * apart, rel=1e-9)

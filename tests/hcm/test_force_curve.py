@@ -1,12 +1,14 @@
 """The contact force between the rows of collocation's long steps."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import hcm
-from hcm.force_curve import PARTS
+from hcm.force_curve import PARTS, ForceCurve, force_curve
+from hcm.integrators.gauss_tableau import tableau
 from tests.hcm.cases import SOFT, SOFT_TIP, finger
 
 SURFACE = hcm.Surface(0.1, 0.5)
@@ -63,3 +65,37 @@ def test_a_history_of_every_step_needs_none() -> None:
     early = tap(max_flight_time=0.01)
     assert early.status is hcm.Status.NOT_REACHED
     assert early.forces is None
+
+
+def one_step(normal: list[float], tangential: list[float], friction: float) -> ForceCurve:
+    """The curve of a step of 1 s in contact, by its rows at both ends and three stages."""
+    rows = np.array([0.0, *tableau(3).c, 1.0])
+    history = SimpleNamespace(
+        time_s=rows, mode=np.full(5, 3, dtype=np.int8), normal_force_N=np.array(normal),
+        tangential_force_N=np.array(tangential),
+    )  # fmt: skip
+    given = {"settings": replace(LONG, stages=3), "surface": hcm.Surface(0.1, friction)}
+    curve = force_curve(history, given)
+    assert curve is not None
+    assert curve.time_s.size == 5 + 4 * (PARTS - 1)
+    return curve
+
+
+def test_a_polynomial_of_the_stages_order_is_exact_between_rows() -> None:
+    """Degree 4 through five rows."""
+    rows = np.array([0.0, *tableau(3).c, 1.0])
+    force = np.polynomial.Polynomial([2.0, 1.0, -3.0, 0.5, 1.0])
+    curve = one_step((10.0 + force(rows)).tolist(), force(rows).tolist(), 1.0)
+    assert curve.normal_force_N == pytest.approx(10.0 + force(curve.time_s), rel=1e-12)
+    assert curve.tangential_force_N == pytest.approx(force(curve.time_s), rel=1e-12)
+
+
+def test_a_polynomial_that_leaves_the_cone_between_rows_is_cut_to_it() -> None:
+    """Rows of no force, or of all the friction there may be, are overshot between them."""
+    touching = one_step([1.0, 0.0, 0.0, 0.0, 1.0], [0.0] * 5, 0.5)
+    assert touching.normal_force_N.min() == 0.0
+    sliding = one_step([1.0] * 5, [0.5, -0.5, 0.5, -0.5, 0.5], 0.5)
+    assert sliding.normal_force_N == pytest.approx(1.0, rel=1e-12)
+    # rounding of the normal force
+    assert np.abs(sliding.tangential_force_N).max() <= 0.5 * (1.0 + 1e-12)
+    assert np.count_nonzero(np.abs(sliding.tangential_force_N) > 0.4999) > 5

@@ -158,3 +158,45 @@ def test_the_steps_of_a_half_sine_are_judged(steps: int, status: str, cautions: 
     summary = SimpleNamespace(contact_time_s=0.0, contact_duration_s=1.0)
     found = judge_steps(history, (), summary, hcm.Settings())
     assert (found[0].name, len(found[2])) == (status, cautions)
+
+
+def half_sine_in(steps: int, kinds: tuple[str, ...], **settings: float) -> tuple[str, ...]:
+    """Cautions of a tap from 0 to 1 s, with these events a step apart in its middle."""
+    time = np.linspace(0.0, 1.0, steps + 1)
+    history = SimpleNamespace(time_s=time, normal_force_N=np.sin(np.pi * time))
+    events = [hcm.Event(time[steps // 2 + n], kind) for n, kind in enumerate(kinds)]
+    summary = SimpleNamespace(contact_time_s=0.0, contact_duration_s=1.0)
+    return judge_steps(history, tuple(events), summary, hcm.Settings(**settings))[2]
+
+
+@pytest.mark.parametrize(
+    "kinds",
+    [
+        ("stick_to_slip", "slip_to_stick"),
+        ("compression_to_restitution", "restitution_to_compression"),
+    ],
+)
+def test_changes_within_a_step_of_each_other_are_not_resolved(kinds: tuple[str, ...]) -> None:
+    """Of friction as of the force; each alone, or one of both sorts, is no phase."""
+    (said,) = half_sine_in(100, kinds)
+    assert f"({kinds[0]} 1, {kinds[1]} 1): 1 of them" in said
+    assert half_sine_in(100, kinds[:1]) == ()
+    assert half_sine_in(100, ("stick_to_slip", "compression_to_restitution")) == ()
+
+
+def test_what_follows_the_first_tap_has_no_part_in_its_transitions() -> None:
+    """Two changes a step apart, of a second tap."""
+    time = np.linspace(0.0, 2.0, 201)
+    history = SimpleNamespace(time_s=time, normal_force_N=np.abs(np.sin(np.pi * time)))
+    kinds = ("stick_to_slip", "slip_to_stick")
+    events = tuple(hcm.Event(float(time[150 + n]), kind) for n, kind in enumerate(kinds))
+    summary = SimpleNamespace(contact_time_s=0.0, contact_duration_s=1.0)
+    found = judge_steps(history, events, summary, hcm.Settings())
+    assert (found[0], found[2]) == (hcm.Status.COMPLETED, ())
+
+
+@pytest.mark.parametrize(("tolerance", "key"), [(0.0, "step"), (1e-9, "tolerance")])
+def test_the_remedy_is_what_controls_the_steps(tolerance: float, key: str) -> None:
+    """A tap of five steps is 3 % off: smaller ones, or a smaller tolerance where there is one."""
+    (said,) = half_sine_in(5, (), contact_tolerance=tolerance)
+    assert said.endswith(f"reduce solver.hcm.contact_{key}")

@@ -29,14 +29,17 @@ TIME = np.arange(0.0, 8.0, STEP)
 READ = 0.005
 
 
-def run_of(normal: Array, lasts: float, next_touch: float) -> Any:
-    """A run from a first touch at 0 on, with F_t = -F_n/2 and a stress of F_n, Pa."""
-    forces = ForceRecord(TIME, normal, -0.5 * normal, np.where(normal > 0.0, -1.0, 0.0))
+def run_of(
+    normal: Array, lasts: float, next_touch: float, begin: float = 0.0, ratio: Array | float = -0.5
+) -> Any:
+    """A run from a first touch at `begin` on, with that ratio F_t/F_n and a stress of F_n, Pa."""
+    time = begin + TIME
+    forces = ForceRecord(time, normal, ratio * normal, np.where(normal > 0.0, -1.0, 0.0))
     samples: Any = SimpleNamespace(
-        time_s=TIME[::5], stress_R_Pa=normal[::5], next_touch_s=np.full(TIME[::5].size, next_touch)
+        time_s=time[::5], stress_R_Pa=normal[::5], next_touch_s=np.full(time[::5].size, next_touch)
     )
     blank = Summary(wall_time_s=0.0, steps=0, elements=0, time_step_s=STEP)
-    summary = summarize(forces, samples, 0.0, None, lasts, blank)
+    summary = summarize(forces, samples, 0.0, None, begin + lasts, blank)
     return SimpleNamespace(forces=forces, history=samples, summary=summary)
 
 
@@ -132,3 +135,40 @@ def test_a_next_touch_within_four_durations_may_belong_to_the_tap(
         assert errors[TANGENTIAL] == 0.5
         assert errors[IMPULSE] == pytest.approx(2.0 / np.pi, rel=READ)
         assert errors[DURATION] == pytest.approx(wait + 1.0, abs=READ)
+
+
+@pytest.mark.parametrize("touches", ["nearly ended", "seen again", "foretold"])
+def test_other_ends_do_not_depend_on_when_the_tip_first_touches(touches: str) -> None:
+    """The same record 3 s later has the same errors, and words with the same durations."""
+    gap, last = 0.06, float(TIME[::5][-1])
+    normal, lasts, next_touch = {
+        "nearly ended": (half_sine(0.0) + half_sine(1.0 + gap, 3.0), 2.0 + gap, 1.1),
+        "seen again": (half_sine(0.0) + half_sine(4.9), 1.0, -1.0),
+        "foretold": (half_sine(0.0), 1.0, 4.9 - last),
+    }[touches]
+    found = []
+    for begin in (0.0, 3.0):
+        run = run_of(normal, lasts, next_touch, begin)
+        if touches == "nearly ended":
+            run.history.next_touch_s[-1] = np.inf
+        found.append(other_ends(run, MODEL))
+    (errors, doubts), (later_errors, later_doubts) = found
+    assert len(doubts) == 1
+    assert later_doubts == doubts
+    # rounding of 11 s
+    assert later_errors == pytest.approx(errors, rel=1e-12, abs=1e-14)
+
+
+def test_friction_that_turns_round_has_the_error_of_the_end_that_changes_it_most() -> None:
+    """From -0.5 N to 1.5 as the tap goes on through its gap: by 2 N, more than all of it.
+
+    A third touch, which may belong to it, may add as much as there is.
+    """
+    gap = 0.06
+    normal = half_sine(0.0) + half_sine(1.0 + gap, 3.0) + half_sine(4.0)
+    turned = 1.0 + 0.5 * gap
+    run = run_of(normal, 2.0 + gap, 1.1, ratio=0.5 * np.sign(TIME - turned))
+    errors, doubts = other_ends(run, MODEL)
+    assert len(doubts) == 2
+    assert errors[TANGENTIAL] == pytest.approx(2.0, rel=READ)
+    assert errors[PEAK] == pytest.approx(3.0, rel=READ)

@@ -8,8 +8,9 @@ from scipy.special import ellipk
 
 import meshes
 import reference_fem as rf
+from reference_fem.model import build_model
 from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
-from reference_fem.rigid_flight import first_closing, fly
+from reference_fem.rigid_flight import descent, first_closing, fly, inner_gap
 from reference_fem.torques import Torques
 from reference_fem.true_body import mass_factors, true_chain
 from tests.reference_fem.taps import SOFT
@@ -199,3 +200,43 @@ def test_nodes_on_a_circle_keep_their_masses() -> None:
     true = true_chain(geometry, (SOFT[0],), rf.Drive(), 2)
     mass = np.full(4, 0.25 * true.mass[0])
     assert (mass_factors(corners, mass, [np.arange(4)], true, 1) == 1.0).all()
+
+
+@pytest.mark.parametrize(
+    ("longest", "end", "touches"),
+    [(0.05, None, False), (0.2, None, True), (0.05, 1.2, False), (0.2, 1.05, False),
+     (0.2, 1.15, True), (0.2, 0.9, False)],
+)  # fmt: skip
+def test_a_descent_ends_at_the_earlier_of_the_longest_flight_and_the_end_time(
+    longest: float, end: float | None, touches: bool
+) -> None:
+    """A free rod that spins at 10 rad/s from 1 s on meets the surface at 1 rad, after 0.1 s."""
+    body = replace(chain(1, ROD), gravity_vector=np.zeros(2))
+    start = ChainState(np.zeros(1), np.array([10.0]), 1.0)
+    settings = rf.Settings(max_flight_time_s=longest, end_time_s=end)
+    found = descent(body, lambda a: LENGTH * (1.0 - a[0]), start, settings)
+    assert (found is not None) is touches
+    if found is not None:
+        assert found.touch_s == pytest.approx(1.1, rel=1e-9)
+        assert found.before(0.03).angles == pytest.approx([0.7], rel=1e-9)
+        # no state is known from before the start
+        assert found.before(5.0).time_s == 1.0
+
+
+def test_the_inner_phalanges_lowest_rims_are_those_of_cylinders() -> None:
+    """Of two: the lower end's centre, less R |cos| of the phalanx; the last one has no part."""
+    radius, length, height = 0.006, 0.03, 0.1
+    geometry = meshes.FingerGeometry((length, length, 0.02), (2 * radius,) * 3)
+    mesh = meshes.finger_quadrilaterals(geometry, meshes.Sizing(3e-3, 5e-3, 3e-3))
+    model = build_model(mesh, (SOFT[0],) * 3, rf.Surface(height, 0.3), rf.Drive(), rf.Settings())
+    own, _ = chain_and_start(model.chain, None)
+    gap = inner_gap(model, own)
+    for angles in ((0.4, -0.7, 1.2), (1.3, 0.2, 0.0), (-0.5, 2.5, 1.0), (2.0, -1.0, -3.0)):
+        first, second, _ = angles
+        middle = -length * np.sin(first)
+        end = middle - length * np.sin(second)
+        lowest = min(
+            min(0.0, middle) - radius * abs(np.cos(first)),
+            min(middle, end) - radius * abs(np.cos(second)),
+        )
+        assert gap(np.array(angles)) == pytest.approx(lowest + height, rel=1e-12)

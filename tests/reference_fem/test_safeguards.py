@@ -11,6 +11,7 @@ import pytest
 
 import meshes
 import reference_fem as rf
+from reference_fem import cautions
 from reference_fem.cautions import contact_edge_ratio, spike
 from reference_fem.dynamics import guards
 from reference_fem.dynamics.guards import touching_det
@@ -292,3 +293,76 @@ def test_a_tip_that_slides_only_where_it_hardly_presses_does_not_flutter(
     tangential = -0.3 * normal * np.where(normal < 100.0 * slides_below, 1.0, 0.5)
     forces = rf.ForceRecord(phase, normal, tangential, phase)
     assert bool(flutter(forces, 0.3, RUBBER, 0.3e-3, 1e-3)) is said
+
+
+def judged(over_s: float = 1.0, **history: list[float]) -> Any:
+    """What two samples, 0.5 s before and after the end of a tap, say of it."""
+    columns = ("kinetic_energy_J", "energy_balance_J", "strain_energy_J", "contact_energy_J",
+               "hourglass_energy_J")  # fmt: skip
+    energies = {name: np.array(history.get(name, [1.0, 1.0])) for name in columns}
+    samples = SimpleNamespace(time_s=np.array([over_s - 0.5, over_s + 0.5]), **energies)
+    settings = rf.Settings(contact="penalty")
+    return SimpleNamespace(history=samples, over_s=over_s, settings=settings)
+
+
+@pytest.mark.parametrize(("share", "said"), [(0.03, True), (-0.03, True), (0.01, False)])
+def test_energy_is_missed_as_it_is_lost_or_gained(share: float, said: bool) -> None:
+    """Beyond 2 % of the largest kinetic energy, 2 J, at any time."""
+    run = judged(kinetic_energy_J=[2.0, 1.0], energy_balance_J=[0.0, 2.0 * share])
+    assert bool(cautions.open_energy(run)) is said
+    if said:
+        assert cautions.open_energy(run).startswith("3 % of the largest kinetic energy")
+
+
+@pytest.mark.parametrize("during", [True, False])
+def test_springs_and_hourglasses_after_the_first_tap_are_no_doubt_of_it(during: bool) -> None:
+    """Half of the elastic energy of a first tap, or of a second one, is theirs."""
+    held = [1.0, 0.0] if during else [0.0, 1.0]
+    run = judged(contact_energy_J=held, hourglass_energy_J=held)
+    assert bool(cautions.soft_springs(run)) is during
+    assert bool(cautions.hourglassed(run)) is during
+    assert cautions.held_by_springs(run.history, run.over_s) == (0.5 if during else 0.0)
+    # a law of one's own has no penalty to raise
+    run.settings = SimpleNamespace(contact=object())
+    assert cautions.soft_springs(run) == ""
+
+
+@pytest.mark.parametrize(("radii", "said"), [(1.0, False), (1.05, False), (1.2, True)])
+def test_a_shaft_touches_beyond_a_tenth_of_its_radius_behind_the_ball(
+    radii: float, said: bool
+) -> None:
+    """A body from -0.1 m on, of 0.01 m, that touches so many radii from its end."""
+    body = np.array([[-0.1, 0.0], [-0.09, 0.01], [-0.09, -0.01], [0.0, 0.01]])
+    run: Any = SimpleNamespace(body=body, place=-0.1 + radii * 0.01, away_mm=1.0)
+    assert bool(cautions.shaft_touches(run)) is said
+
+
+def test_elements_are_crushed_as_they_are_at_the_peak() -> None:
+    """Another snapshot, of a later tap say, is not looked at."""
+    model = SimpleNamespace(kernel=SimpleNamespace(min_det_F=lambda volume: volume))
+    for at_peak, other, said in ((0.5, 0.9, True), (0.9, 0.5, False)):
+        shots = tuple(
+            SimpleNamespace(displacement=volume, at_peak=peak)
+            for volume, peak in ((at_peak, True), (other, False))
+        )
+        for order in (shots, shots[::-1]):
+            run: Any = SimpleNamespace(model=model, snapshots=order)
+            assert bool(cautions.crushed(run)) is said
+
+
+@pytest.mark.parametrize(("transit", "steps"), [(5.2, 5), (1.4, 1), (0.2, 1)])
+def test_a_wave_crosses_a_cell_in_whole_steps_at_least_one(transit: float, steps: int) -> None:
+    model: Any = SimpleNamespace(cell_transit_s=transit * 1e-7, step_s=1e-7)
+    assert cautions.steps_per_cell_transit(model) == steps
+
+
+def test_a_run_without_samples_is_judged_by_its_forces() -> None:
+    """It was interrupted before the first: two steps of force are few, the rest is not known."""
+    record = np.array([0.0, 1.0, 1.0, 0.0])
+    samples = SimpleNamespace(time_s=np.empty(0))
+    run: Any = SimpleNamespace(
+        history=samples, forces=SimpleNamespace(time_s=record, normal_force_N=record),
+        model=SimpleNamespace(cell_transit_s=1.0, step_s=1.0),
+        settings=rf.Settings(contact="impulse"),
+    )  # fmt: skip
+    assert any("in 2 steps only" in said for said in cautions.cautions(run))

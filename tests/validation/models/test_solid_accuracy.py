@@ -9,14 +9,19 @@ from typing import Any
 import numpy as np
 import pytest
 
+import meshes
 import reference_fem
 from reference_fem.accuracy import RELAXATION_REACH, sizes_for
 from reference_fem.model import build_model
+from reference_fem.rigid_chain import ChainState
+from reference_fem.true_body import true_chain
+from reference_fem.workload import UPDATES_PER_S
 from validation.errors import UserError
 from validation.harness.record import RunRecord
 from validation.models import solid, solid_accuracy, solid_inputs, solid_mesh
 from validation.models.adapter import Outcome
-from validation.models.solid_accuracy import accuracy_record, solved_within
+from validation.models.solid_accuracy import accuracy_record, largest_share, solved_within
+from validation.models.solid_inputs import Dimension
 from validation.runs.execute import solve
 from validation.scenes.load import NamedScene, load_scene
 
@@ -512,3 +517,127 @@ def test_an_accuracys_choices_are_those_of_the_run() -> None:
         told = accuracy_record(of, by_size, (settings, damped), record)
         (why,) = [c["reason"] for c in told["choices"] if c["setting"] == "relaxation_time"]
         assert ("near the touch" in why) is near
+
+
+@pytest.mark.parametrize(
+    ("of_mesh", "others", "factor"),
+    [
+        (0.016, 0.006, 2.0),  # 0.006 and 0.008 make 0.010
+        (0.009, 0.006, 1.5),  # less than 0.010, more than 0.008
+        (0.0079, 0.006, math.inf),
+        (0.02, 0.0, 2.0),
+        (0.02, 0.0095, 2.0),  # no room for both: the mesh's part alone is brought there
+    ],
+)
+def test_a_further_mesh_leaves_room_for_what_no_mesh_lessens(
+    of_mesh: float, others: float, factor: float
+) -> None:
+    """Squares add up: the mesh is to leave what the others leave of 1e-2, if that is half of it."""
+    run = completed(0.05, math.hypot(of_mesh, others), of_mesh)
+    found = solid_accuracy._next_target(run, 0.01, 0.01)
+    assert found == pytest.approx(0.01 / factor, rel=1e-12)
+
+
+def test_a_second_run_whose_end_is_in_doubt_asks_for_no_third() -> None:
+    """Its mesh leaves 0.4 %; another end of its tap changes it by 30 %."""
+    runs = [completed(0.0035, 0.3, 0.004), completed(0.007, 0.02, 0.02)]
+    scene = load_scene("soft", ["solver.accuracy=0.01"])
+    record = solved_within(lambda asked: runs.pop(), scene, 3).record
+    assert runs == []
+    assert record.accuracy["expected"] == 0.3
+
+
+def test_the_largest_share_is_that_of_all_numbers_an_accuracy_bounds() -> None:
+    """One to four per cent; of a number without an error, or of none, it is not known."""
+    names = reference_fem.ACCURACY_QUANTITIES
+    errors = {name: 0.01 * n * 2.0 for n, name in enumerate(names, start=1)}
+    record = completed(None, None, None, **dict.fromkeys(names, -2.0)).record
+    assert largest_share(errors, record) == pytest.approx(0.01 * len(names))
+    for name in names:
+        others = {other: error for other, error in errors.items() if other != name}
+        assert largest_share(others, record) is None
+        nothing = replace(record, summary={**record.summary, name: None})
+        assert largest_share(errors, nothing) is None
+
+
+@pytest.mark.parametrize("estimate", [True, False])
+@pytest.mark.parametrize("flight_error", [True, False])
+def test_a_flight_says_whether_what_it_skips_is_in_the_errors(
+    estimate: bool, flight_error: bool
+) -> None:
+    """It is where errors are estimated, and those of the flight with them."""
+    tables = load_scene("soft", ["solver.fem.accuracy=1e-2"]).tables
+    sizing, _ = solid_mesh.sizing_of(tables, 3)
+    materials, *_, settings = solid_inputs.solid_parts(tables)
+    settings = replace(settings, estimate=estimate, flight_error=flight_error)
+    record = RunRecord("soft", "fem3d", "", "COMPLETED", True, "", summary={})
+    told = accuracy_record(tables, sizing, (settings, materials), record)
+    (flight,) = (choice for choice in told["choices"] if choice["setting"] == "flight")
+    assert ("are in the errors" in flight["reason"]) is (estimate and flight_error)
+
+
+SMALL = (
+    "finger.phalanges=2", "finger.length=[0.03, 0.012]", "finger.diameter=[0.015, 0.01]",
+    "surface.height=0.03",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("edge", [1e-3, 1.5e-3, 2e-3, 3e-3, 4e-3, 5e-3])
+def test_a_companion_has_half_the_elements_at_most_or_twice_as_many_each_way(
+    dimension: Dimension, edge: float
+) -> None:
+    """A run of few elements is compared with more of them where fewer would be no fewer by half."""
+    tables = load_scene("soft", SMALL).tables
+    sizing = meshes.Sizing(edge, min(2.5 * edge, 0.012), 0.5 * edge)
+    own = len(solid_mesh.build_mesh(tables, dimension, sizing).cells)
+    other = solid_mesh.companion(tables, dimension, sizing)
+    assert other is not None
+    its = len(other.cells)
+    assert 2 * its <= own or (own <= 600 and its >= 2**dimension * own)
+
+
+def test_a_coarse_flight_takes_the_steps_of_its_shortest_edge_and_fastest_wave() -> None:
+    """t/(e/2c) steps of all elements: here e is the axial edge, a short phalanx's length."""
+    stiff = ("material.youngs_modulus=[1e9, 4e9, 1e9]", "material.density=1000.0")
+    finger = ("finger.length=[0.04, 0.002, 0.04]", "surface.height=0.05")
+    tables = load_scene("soft", [*finger, *stiff, "solver.fem.flight=coarse"]).tables
+    count = len(solid_mesh.flight_mesh(tables, 2).cells)
+    steps = 0.3 / (0.5 * 0.002 / math.sqrt(4e9 / 1000.0))
+    found = solid_mesh.coarse_flight_s(tables, 2, 0.3)
+    assert found == pytest.approx(steps * count / UPDATES_PER_S, rel=1e-12)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_an_impact_state_has_gained_what_the_body_of_its_dimension_has_fallen(
+    dimension: Dimension,
+) -> None:
+    """From rest the chain's energy is kept; the plane body's end, half a disc, is the heavier."""
+    tables = load_scene("soft", ()).tables
+    parts = solid_inputs.solid_parts(tables)
+    chain = true_chain(
+        solid_inputs.finger_geometry(tables), parts.materials, parts.drive, dimension
+    )
+    state = solid_mesh.impact_state(tables, dimension)
+    assert state is not None
+    still = ChainState(state.angles, 0.0 * state.rates, state.time_s)
+    fallen = abs(chain.energy(still))
+    # the integration's relative tolerance is 1e-11 a step
+    assert abs(chain.energy(state)) < 1e-8 * fallen
+
+
+@pytest.mark.parametrize("modulus", [1e4, 1e6, 1e9, 1e13])
+def test_edges_at_a_predicted_patch_are_neither_endless_nor_longer_than_the_sections(
+    modulus: float,
+) -> None:
+    """A patch of a soft tip is larger than the tip, one of a hard tip a hundredth of it."""
+    tables = load_scene("soft", [f"material.youngs_modulus={modulus}"]).tables
+    sizing, touch = solid_mesh.sizing_of(tables, 3)
+    least = solid_mesh.LEAST_PATCH * tables.tip_radius
+    if touch.patch_radius < least:
+        assert sizing.tip_size == pytest.approx(least / solid_mesh.PATCH_EDGES, rel=1e-12)
+    else:
+        shorter = min(touch.patch_radius / solid_mesh.PATCH_EDGES, sizing.section_size)
+        assert sizing.tip_size == pytest.approx(shorter, rel=1e-12)
+    assert (modulus > 1e12) is (touch.patch_radius < least)
+    assert (modulus < 1e5) is (sizing.tip_size == sizing.section_size)

@@ -7,13 +7,12 @@
   version once tests/hcm/test_compiled.py passes with it.
 - Divisions follow IEEE (infinity and NaN) instead of raising: values that are not finite are found
   at the end of Newton's iteration.
-- No kernel has code for calls from C, and those that only kernels call (`kernel`) have no code of
-  their own at all (`hcm.linked`): 45 s of processor and 0.63 GB for a first
-  tap (measured).
+- No kernel has code for calls from C, and those that only kernels call (`kernel`) have none of
+  their own at all (`hcm.linked`). A first tap compiles in 45 s of processor and 0.63 GB (measured).
 - a*b + c may be rounded once (`contract`), which is safe with NaN, unlike full fastmath.
-- Machine code is cached on disk, and an entry contains the code of what it calls, so the
-  cache is stale once any file that the entry's file imports is edited. By itself numba compares
-  the kernel's own file only; here it compares all of them (`source_stamp`).
+- Machine code of entries is cached on disk, and contains the code of what they call, so that it is
+  stale once any file that the entry's file imports is edited. By itself numba compares the entry's
+  own file only; here it compares all of them (`source_stamp`).
 """
 
 import functools

@@ -1,11 +1,12 @@
 """How kernels that only kernels call are compiled: as parts of their callers.
 
-By itself numba optimizes each function together with all that it calls and makes machine code of
-it, eight times of what is eight calls deep. Here that is done for those only that Python calls:
-compiling for a first tap takes 44 s of processor instead of 69 (measured), taps as long as before.
+By itself numba optimizes each function together with all that it calls, and makes machine code of
+the whole: what is eight calls deep is compiled eight times. Here only functions that Python calls
+are compiled so: a first tap takes 44 s of processor instead of 69 (measured), later ones as before.
 
-The compiler's passes may be replaced (numba's manual, "Customizing the compiler"); the library and
-what callers know of a kernel are private to numba: see `hcm.compiled` for what that asks of us.
+numba's manual has how its passes are replaced ("Customizing the compiler"). Its library of code,
+and the object by which callers find a kernel, are private to it; as with `hcm.compiled`, a test
+notices a version that has them otherwise.
 """
 
 from typing import Any

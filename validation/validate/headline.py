@@ -93,7 +93,7 @@ def sentences(rows: list[Difference]) -> list[str]:
             for of in rows
             if (of.scene, of.model) == (row.scene, row.model)
             and of.error_percent is not None
-            and abs(of.error_percent) > max(abs(error), MATTERS)
+            and abs(of.error_percent) > abs(error) + MATTERS
             and of.verdict is not None
             and of.verdict.judgement == "resolved"
         )

@@ -32,6 +32,11 @@ HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)
 SURFACE = hcm.Surface(height=0.1, friction=0.5)
 SOFT_TIP = hcm.Tip(0.78e6)
 HARD_TIP = hcm.Tip(5.15e6)
+NO_ESTIMATE = hcm.Settings(estimate=False)
+RINGING = hcm.Scene(
+    hcm.Finger((hcm.Phalanx(0.0285, 0.0114, 1.3e7, 2000.0),)), hcm.Surface(0.0124, 0.85),
+    hcm.Tip(4000.0), hcm.Drive((0.0106,)),
+)  # fmt: skip
 SOFT_LAW = contact_law(SURFACE, SOFT_TIP)
 NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e6)  # a surface out of reach
 # The soft finger's tap from rest by `hcm.reference_solution`: DOP853, rtol 1e-10, known to 1e-7.

@@ -29,9 +29,8 @@ from hcm.flight.rigid_chain import body_depth, build_rods
 from hcm.model import rigid_motion
 from hcm.parameters import STAGES
 from hcm.simulate import solve_once
-from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
+from tests.hcm.cases import HARD, HARD_TIP, NO_ESTIMATE, RINGING, SOFT, SOFT_TIP, SURFACE, finger
 
-NO_ESTIMATE = hcm.Settings(estimate=False)
 SOFT_SCENE = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, settings=NO_ESTIMATE)
 HARD_SCENE = hcm.Scene(finger(HARD), SURFACE, HARD_TIP, settings=NO_ESTIMATE)
 
@@ -359,10 +358,6 @@ def test_a_vibration_that_shortens_no_step_is_followed_with_few_stages() -> None
 
 
 # one phalanx that a sudden torque rings: its vibration changes the tap by a tenth
-RINGING = hcm.Scene(
-    hcm.Finger((hcm.Phalanx(0.0285, 0.0114, 1.3e7, 2000.0),)), hcm.Surface(0.0124, 0.85),
-    hcm.Tip(4000.0), hcm.Drive((0.0106,)),
-)  # fmt: skip
 
 
 def test_a_ringing_finger_arrives_in_phase_and_its_error_is_measured() -> None:

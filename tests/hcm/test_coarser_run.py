@@ -13,13 +13,9 @@ from hcm.accuracy import simulate_within
 from hcm.chosen import Chosen, settings_for
 from hcm.companion import GRAZE
 from hcm.simulate import solve_once
-from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
+from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_TIP, SURFACE, finger
 
-SOFT_SCENE = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, settings=hcm.Settings(estimate=False))
-RINGING = hcm.Scene(
-    hcm.Finger((hcm.Phalanx(0.0285, 0.0114, 1.3e7, 2000.0),)), hcm.Surface(0.0124, 0.85),
-    hcm.Tip(4000.0), hcm.Drive((0.0106,)),
-)  # fmt: skip
+SOFT_SCENE = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, settings=NO_ESTIMATE)
 
 
 @pytest.fixture(scope="module")

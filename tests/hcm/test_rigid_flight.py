@@ -24,11 +24,10 @@ from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_fligh
 from hcm.model import rigid_motion
 from hcm.simulate import LARGEST_LEFT_OUT
 from hcm.state import StepLimits, initial_totals
-from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
+from tests.hcm.cases import HARD, HARD_TIP, NO_ESTIMATE, SOFT, SOFT_TIP, SURFACE, finger
 
 G = 9.8
 RIGID = hcm.Settings(flight="rigid", flight_step=0.01)
-NO_ESTIMATE = hcm.Settings(estimate=False)
 
 
 def limits(tolerance: float, step: float = 0.01, end: float = math.inf) -> StepLimits:

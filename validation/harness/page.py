@@ -30,6 +30,11 @@ def signed(value: float | None, digits: int = 1) -> str:
     return f"{rounded_value:+.{digits}f} %".replace("-", "\N{MINUS SIGN}")
 
 
+def above_or_below(percent: float) -> str:
+    """A percentage for a sentence: ``4.0 % above``."""
+    return f"{abs(percent):.1f} % {'above' if percent > 0 else 'below'}"
+
+
 def opening(name: str) -> str:
     """A scene's name with its first letter in upper case, to begin a sentence."""
     return name[:1].upper() + name[1:]

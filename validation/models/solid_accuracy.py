@@ -15,7 +15,12 @@ from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome, shown
 from validation.models.solid_inputs import Dimension
-from validation.models.solid_mesh import coarse_flight_s, rod_flight, sizes_of
+from validation.models.solid_mesh import (
+    coarse_flight_s,
+    relaxes_near_the_touch,
+    rod_flight,
+    sizes_of,
+)
 from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
 
@@ -217,8 +222,7 @@ def accuracy_record(
         found["element"] = (settings.element, "skipped: seven of eight points, 1 % of a tap")
     relaxes = max(m.relaxation_time for m in materials)
     if relaxes != 0.0:
-        near = sizing is not None and not sizing.lies and fem.end_time is None
-        where = "near the touch: " if near else ""
+        where = "near the touch: " * relaxes_near_the_touch(tables, sizing)
         friction = f"{where}without it a sliding tip flutters, meshes come to no limit"
         found["relaxation_time"] = (relaxes, friction)
     stated = fem.stated(meshes.Sizing) | fem.stated(reference_fem.Settings)

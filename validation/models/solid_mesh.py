@@ -220,20 +220,27 @@ def materials_within(
     return tuple(replace(m, relaxation_time=share / m.bar_speed) for m in materials)
 
 
+def relaxes_near_the_touch(tables: Scene, sizing: meshes.Sizing | None) -> bool:
+    """Whether only elements near the touch get the relaxation time of an accuracy.
+
+    All of them do where a shaft touches, which may be all along, where a run goes on to further
+    taps, which may be elsewhere, and on a mesh file.
+    """
+    return sizing is not None and not sizing.lies and tables.solver.fem.end_time is None
+
+
 def relaxing_near(
     tables: Scene, touch: reference_fem.Touch, sizing: meshes.Sizing, mesh: meshes.FingerMesh
 ) -> meshes.FingerMesh:
     """The mesh with its elements near the touch as the set ``relaxing``.
 
     The touch at rest is c + R (-cos, -sin)(angle), c the centre of the tip's ball, R its radius.
-    All elements are left to relax where a shaft touches, which may be all along, and where a run
-    goes on to further taps, which may be elsewhere.
     """
     from reference_fem.accuracy import RELAXATION_REACH
 
     sizes, radius = sizes_of(tables), tables.tip_radius
-    lies = replace(sizing, contact_angle=touch.angle).lies
-    if sizes is None or lies or tables.solver.fem.end_time is not None:
+    there = replace(sizing, contact_angle=touch.angle)
+    if sizes is None or not relaxes_near_the_touch(tables, there):
         return mesh
     place = np.zeros(mesh.dim)
     tip = -sum(tables.per_phalanx(tables.finger.length))

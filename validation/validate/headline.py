@@ -1,7 +1,7 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
 from validation.compare.differences import Difference, differences_of, thousands_apart
-from validation.harness.page import opening, signed
+from validation.harness.page import above_or_below, opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out
@@ -81,7 +81,7 @@ def sentences(rows: list[Difference]) -> list[str]:
             without = row.model if row.reduced is None else f"the reference of {row.model}"
             result.append(f"{finger}: no comparison, {without} failed or touched nothing.")
             continue
-        apart = _apart(error)
+        apart = above_or_below(error)
         if apart.startswith("0.0 "):
             apart = "within 0.05 % of"
         known = "no error is stated: not judged"
@@ -89,7 +89,7 @@ def sentences(rows: list[Difference]) -> list[str]:
             known = f"known to {two_digits(verdict.uncertainty)} %: {verdict.judgement}"
         text = f"{finger}: {whose}'s peak force lies {apart} the reference's ({known})."
         further = ", ".join(
-            f"{of.quantity.title} {_apart(of.error_percent)}"
+            f"{of.quantity.title} {above_or_below(of.error_percent)}"
             for of in rows
             if (of.scene, of.model) == (row.scene, row.model)
             and of.error_percent is not None
@@ -99,10 +99,6 @@ def sentences(rows: list[Difference]) -> list[str]:
         )
         result.append(text + f" Further apart, and resolved: {further}." * bool(further))
     return result
-
-
-def _apart(percent: float) -> str:
-    return f"{abs(percent):.1f} % {'above' if percent > 0 else 'below'}"
 
 
 def assumption_effects(runs: Runs) -> list[str]:

@@ -11,7 +11,7 @@ from pathlib import Path
 from validation.converge.verdicts import preset_uncertainties, study_name
 from validation.errors import RunFailedError, UserError
 from validation.harness.identity import program
-from validation.harness.page import opening
+from validation.harness.page import above_or_below, opening
 from validation.harness.quantities import quantity
 from validation.harness.record import RunRecord, plain
 from validation.harness.store import NO_STORE, Store
@@ -138,8 +138,8 @@ def peak_sentences(comparisons: Sequence[rungs.Comparison]) -> list[str]:
         own_flight = own.get((row.rung, row.scene))
         end = "." if own_flight is None else f"; {own_flight:+.1f} % where each falls by itself."
         result.append(
-            f"{opening(row.scene)} finger, rung {row.rung}: {what[row.rung]} {abs(error):.1f} "
-            f"% {'above' if error > 0 else 'below'} {whose[row.rung]}{band}{end}"
+            f"{opening(row.scene)} finger, rung {row.rung}: {what[row.rung]} "
+            f"{above_or_below(error)} {whose[row.rung]}{band}{end}"
         )
     return result
 

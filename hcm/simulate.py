@@ -17,6 +17,7 @@ from hcm.estimate import estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
 from hcm.model import Model, RigidStart, Scene, build_model, rods_state, until_touch
+from hcm.next_touch import bent_touches, next_touch_s
 from hcm.other_ends import with_other_ends
 from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
 from hcm.posture import Postures, node_places
@@ -28,10 +29,10 @@ from hcm.status import Status
 from hcm.stepping import Progress, SteppingResult, rows_between, take_steps
 from hcm.summary import summarize
 from hcm.tap import (
+    bends_back,
     ends_undecided,
     near_ends_when_touched_again,
     nearest,
-    next_touch_s,
     rising_stress,
     slow_end,
     taps_of,
@@ -141,17 +142,22 @@ def _result(
     )
     doubt = ""
     cautions: tuple[str, ...] = ()
+    height = model.generalized_alpha.law.height
     relaxes = scene.assumptions.has("hertz") and scene.finger.phalanges[-1].relaxation_time > 0
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings, relaxes)
         if taps and model.tap_ends is not None:
+            motion, last_phalanx = begun.motion, (model.chain, height, scene.finger.phalanges[-1])
             cautions += ends_undecided(taps[0], over_s)
+            cautions += bends_back(
+                model.tap_ends, taps, totals.time,
+                lambda within_s: bent_touches(motion.q, motion.v, *last_phalanx, within_s),
+            )  # fmt: skip
         if taps and scene.assumptions.any:
             touched = [event.kind for event in events].index("contact")
             slope = q[touched, model.chain.tip + 2 :]
             cautions += _refinement_cautions(scene, summary, history, taps[0], slope)
     if taps and model.tap_ends is not None:
-        height = model.generalized_alpha.law.height
         other_ends += near_ends_when_touched_again(
             model.tap_ends, events, taps[0],
             lambda event: next_touch_s(q[event], v[event], model.chain, height),

@@ -10,13 +10,14 @@ from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.step import AnyIntegrator
 from hcm.model import Model
+from hcm.next_touch import next_touch_s
 from hcm.parameters import GAUSS, Settings
 from hcm.record import Segment, empty_record, next_segment
 from hcm.result import OtherEnd
 from hcm.start import BeamStart, enter_piece
 from hcm.state import LAST_STEP, Motion, RunTotals, StepLimits, empty_motion
 from hcm.status import Status
-from hcm.tap import next_touch_s, taps_of
+from hcm.tap import taps_of
 
 Progress = Callable[[float, str], None]
 

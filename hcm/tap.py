@@ -19,7 +19,6 @@ import numpy as np
 
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
-from hcm.beam.chain import Chain
 from hcm.parameters import Finger
 from hcm.result import Event, OtherEnd
 
@@ -149,6 +148,30 @@ def ends_undecided(tap: Tap, over_s: Iterable[float]) -> tuple[str, ...]:
     )
 
 
+def bends_back(
+    rule: TapEndRule, taps: Sequence[Tap], now_s: float, bent_touches: Callable[[float], bool]
+) -> tuple[str, ...]:
+    """Caution about a tip whose bending brings it back as soon as a touch of the same tap.
+
+    now_s : end of the run. bent_touches : whether it touches within a time from then, s.
+    """
+    tap, until = taps[0], rule.first_check_s(taps[0]) + rule.retouch_window_s(taps[0])
+    if rule.until > 0.0 or tap[1] == math.inf:
+        return ()
+    if len(taps) > 1:
+        soon, wait = taps[1][0] <= until, taps[1][0] - tap[1]
+        what = f"touches again {1e6 * wait:.2g} us after"
+    else:
+        soon = now_s < until and bent_touches(until - now_s)
+        what = f"may touch again within {1e6 * (until - tap[1]):.2g} us of"
+    if not soon:
+        return ()
+    return (
+        f"the last phalanx bends and {what} the tap, which is a tap of its own, as a rigid one"
+        f" would stay away; solver.hcm.tap_until = {until - tap[0]:.2g} adds it to this one",
+    )
+
+
 def slow_end(time: Floats, force: Floats, tap: Tap) -> tuple[str, ...]:
     """Caution about a tap that fades out, so that a small force decides its duration. s, N."""
     during = (time >= tap[0]) & (time <= tap[1])
@@ -179,34 +202,3 @@ def rising_stress(time: Floats, stress: Floats, tap: Tap) -> tuple[str, ...]:
         " contact_duration_s, and another model may end the tap that much sooner or later:"
         " compare curves",
     )
-
-
-def next_touch_s(q: Floats, v: Floats, chain: Chain, height: float) -> float:
-    """Time, s, until the tip would touch if the last phalanx moved as a rigid body; inf: never.
-
-    With M its elements' masses, X, Y their coordinates (q of one axis) and e those of a shift,
-
-        m = e M e,  v_c = e M V/m,  L = X M V_Y - Y M V_X,  I = X M X + Y M Y,  both less the
-        centre's share, gap/-v_y,  v_y = v_cy + L/I (x - x_c) < 0.
-
-    height : of the surface below the hinge, less a round tip's radius, m.
-    """
-    mass = turn = inertia = 0.0
-    shift, momentum = [0.0, 0.0], [0.0, 0.0]
-    for e in range(chain.first.size):
-        if chain.first[e] < chain.hinge_outer[-1]:
-            continue
-        i, j = int(chain.first[e]), int(chain.second[e])
-        x, y = [i, i + 2, j, j + 2], [i + 1, i + 3, j + 1, j + 3]
-        along = chain.mass[e][0] + chain.mass[e][2]
-        mass += float(along[0] + along[2])
-        turn += float(q[x] @ chain.mass[e] @ v[y] - q[y] @ chain.mass[e] @ v[x])
-        inertia += float(q[x] @ chain.mass[e] @ q[x] + q[y] @ chain.mass[e] @ q[y])
-        for axis, places in enumerate((x, y)):
-            shift[axis] += float(along @ q[places])
-            momentum[axis] += float(along @ v[places])
-    turn -= (shift[0] * momentum[1] - shift[1] * momentum[0]) / mass
-    inertia -= (shift[0] ** 2 + shift[1] ** 2) / mass
-    speed = momentum[1] / mass + turn / inertia * (float(q[chain.tip]) - shift[0] / mass)
-    gap = max(float(q[chain.tip + 1]) + height, 0.0)
-    return gap / -speed if speed < 0.0 else math.inf

@@ -5,9 +5,9 @@ import numpy as np
 from reference_fem.arrays import Array
 from reference_fem.compiled import njit
 from reference_fem.contact import law
+from reference_fem.dynamics.next_touch import next_touch_s
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block, work_of
-from reference_fem.dynamics.tap import next_touch_s
 from reference_fem.model import Model
 from reference_fem.result import Sample
 

@@ -16,7 +16,7 @@ from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
 from reference_fem.dynamics.state import LoopState, State, Tap, pack
 from reference_fem.dynamics.step import Block, advance, lowest_gap
-from reference_fem.dynamics.tap import ending, tap_after
+from reference_fem.dynamics.tap import bends_back, ending, tap_after
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, Status, Summary, TapResult
 from reference_fem.settings import Settings
@@ -153,6 +153,8 @@ def result_of(
     snapshots = recorder.snapshots(model)
     over = math.inf if tap.last_touch_s is None or not tap.over else tap.last_touch_s
     doubts = cautions(Evidence(forces.until(over), history, snapshots, model, settings, over))
+    if status is Status.COMPLETED:
+        doubts += bends_back(model, tap, now.state, forces, settings.tap_until_s)
     return TapResult(status, message, history, forces, snapshots, summary, doubts)
 
 

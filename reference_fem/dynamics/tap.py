@@ -2,21 +2,19 @@
 
 import numpy as np
 
-from reference_fem.arrays import Array, Flags
-from reference_fem.compiled import njit
+from reference_fem.arrays import Array
 from reference_fem.contact.law import NORMAL
+from reference_fem.dynamics.next_touch import bent_touches
 from reference_fem.dynamics.state import State, Tap
 from reference_fem.dynamics.step import Block, advance
 from reference_fem.model import Model
-from reference_fem.result import Status
+from reference_fem.result import ForceRecord, Status
 from reference_fem.settings import Settings
 
 # Fewest steps without contact that count as a separation.
 LEAST_WAIT = 10
 # A body that comes down again within this many durations of its contact is still in the same tap.
 SAME_TAP = 2.0
-# Transits of an axial wave along the last phalanx: more than any run lasts.
-NEVER = 1e12
 
 
 def tap_after(
@@ -65,50 +63,31 @@ def parting_s(model: Model, lasted: Array | float) -> tuple[Array, Array]:
     return wait, SAME_TAP * np.maximum(lasted, model.transit_s)
 
 
-def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
-    """Time until the last phalanx would reach the surface as a rigid body, s.
+def bends_back(
+    model: Model, tap: Tap, state: State, forces: ForceRecord, until_s: float
+) -> tuple[str, ...]:
+    """Caution about a tip whose bending brings it back as soon as a touch of the same tap.
 
-    If it does not come down, `NEVER` transits of a wave, as records hold finite numbers.
-
-    An edge that hits first bounces off while its body still comes down, so that nodes tell nothing
-    about the body. With the mean velocity v_c and the spin ω = L/I of the last phalanx in the plane
-    of motion, a point of gap g arrives after
-
-        g / -v_y,  v_y = v_cy + ω (x - x_c) < 0
-
-    displacement, velocity : (n_points, dim).
+    state, forces : the run's last ones. until_s : `Settings.tap_until_s`.
     """
-    nodes, body = model.contact.nodes, model.body_of_point == model.touching_body
-    centre, mean, spin = _planar_motion(body, model.mass, model.points, displacement, velocity)
-    place = model.contact.touching_points(model.points.take(nodes, 0) + displacement.take(nodes, 0))
-    speed = mean + spin * (place[:, 0] - centre)
-    down = speed < 0.0
-    gap = np.maximum(place[down, 1] + model.surface.height, 0.0)
-    return float(np.min(gap / -speed[down], initial=NEVER * model.transit_s))
-
-
-@njit(cache=True)
-def _planar_motion(
-    body: Flags, mass: Array, points: Array, displacement: Array, velocity: Array
-) -> tuple[float, float, float]:
-    """x_c, m, v_cy, m/s, and ω, rad/s, of the points that `body` marks."""
-    total, centre, mean = 0.0, np.zeros(2), np.zeros(2)
-    for i in range(mass.size):
-        if body[i]:
-            total += mass[i]
-            for k in range(2):
-                centre[k] += mass[i] * (points[i, k] + displacement[i, k])
-                mean[k] += mass[i] * velocity[i, k]
-    centre /= total
-    mean /= total
-    momentum, inertia = 0.0, 0.0
-    for i in range(mass.size):
-        if body[i]:
-            x = points[i, 0] + displacement[i, 0] - centre[0]
-            y = points[i, 1] + displacement[i, 1] - centre[1]
-            momentum += mass[i] * (x * (velocity[i, 1] - mean[1]) - y * (velocity[i, 0] - mean[0]))
-            inertia += mass[i] * (x * x + y * y)
-    return centre[0], mean[1], momentum / inertia
+    first, last = tap.first_touch_s, tap.last_touch_s
+    if first is None or last is None or not tap.over or until_s > 0.0:
+        return ()
+    until = last + float(sum(parting_s(model, last - first)))
+    pressed = forces.time_s[forces.normal_force_N > 0.0]
+    again = pressed[pressed - last > LEAST_WAIT * model.step_s]
+    if again.size:
+        soon, what = again[0] <= until, f"touches again {1e6 * (again[0] - last):.2g} us after"
+    else:
+        within, u, v = until - state.time_s, state.displacement, state.velocity
+        soon = within > 0.0 and bent_touches(model, u, v, within)
+        what = f"may touch again within {1e6 * (until - last):.2g} us of"
+    if not soon:
+        return ()
+    return (
+        f"the last phalanx bends and {what} the tap, which is a tap of its own, as a rigid one"
+        f" would stay away; solver.fem.tap_until = {until - first:.2g} adds it to this one",
+    )
 
 
 def ending(settings: Settings, tap: Tap, now_s: float, start_s: float) -> tuple[Status, str] | None:

@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import hcm
 from hcm.beam.chain import build_chain
 from hcm.model import RigidStart, rigid_motion
+from hcm.next_touch import bent_touches, next_touch_s
 from hcm.result import Event
-from hcm.tap import TapEndRule, next_touch_s, taps_of
+from hcm.tap import TapEndRule, taps_of
 
 TOUCHES = [
     Event(time, kind)
@@ -53,6 +55,37 @@ def test_a_rigid_phalanx_touches_when_its_tip_falls_to_the_surface(
     speed = 0.04 * float(np.dot(rates, np.cos(angles)))
     expected = gap / speed if speed > 0.0 else math.inf
     assert next_touch_s(q, v, chain, height) == pytest.approx(expected, rel=1e-12)
+    if math.isfinite(expected):  # a straight phalanx does not vibrate
+        for within, touches in ((0.999 * expected, False), (1.001 * expected, True)):
+            assert bent_touches(q, v, chain, height, finger.phalanges[-1], within) == touches
+
+
+def test_a_bent_phalanx_touches_as_its_lowest_vibration_brings_it_back() -> None:
+    """Against the textbook's frequency of a hinged beam, 15.418 sqrt(E I/(rho A))/L^2."""
+    length, speed, amplitude = 0.4, 5e-3, -1e-3
+    phalanx = hcm.Phalanx(length, 0.004, 1e9, 1400.0, 20)
+    finger = hcm.Finger((phalanx,))
+    chain, _ = build_chain(finger, hcm.Drive())
+    s, x = np.linspace(0.0, 1.0, 2001), 3.926602
+    mode = np.sin(x * s) + math.sin(x) / math.sinh(x) * np.sinh(x * s)
+    tip = amplitude * (mode - np.polynomial.Polynomial.fit(s, mode, 1)(s))[-1]
+    q, v = rigid_motion(finger, chain, RigidStart((0.0,), (-speed / length,), 0.0))
+    nodes = 2 + 4 * np.arange(21)
+    q[nodes + 1] += amplitude * np.interp(np.linspace(0.0, 1.0, 21), s, mode)
+    slope = np.gradient(mode, length * s)[::100]
+    q[nodes + 3] += amplitude * slope
+    frequency = 15.418 * math.sqrt(phalanx.bending_stiffness / phalanx.line_density) / length**2
+    above = 1e-5
+    height = above - float(q[chain.tip + 1])
+
+    def gap(t: float) -> float:
+        return above + speed * t + tip * (math.cos(frequency * t) - 1.0)
+
+    expected = brentq(gap, 1e-4, math.pi / frequency)
+    # Timoshenko's correction is (3.93 r/l)^2 2 = 2e-4, r = d/4
+    for within, touches in ((0.999 * expected, False), (1.001 * expected, True)):
+        assert bent_touches(q, v, chain, height, phalanx, within) == touches
+    assert next_touch_s(q, v, chain, height) == math.inf
 
 
 def bouncing(end_time: float | None = None, **switches: bool) -> hcm.TapResult:
@@ -108,6 +141,10 @@ def test_a_tap_until_a_given_time_has_the_touches_that_begin_until_then() -> Non
     force = three.history.normal_force_N[:kept]
     np.testing.assert_array_equal(own.history.normal_force_N[:kept], force)
     assert own.summary.normal_impulse_N_s < 0.5 * three.summary.normal_impulse_N_s
+    told = [caution for caution in own.cautions if "may touch again" in caution]
+    assert touched[1] - left[0] < 1e-6 * float(told[0].split("within ")[1].split()[0])
+    assert touched[1] - touched[0] < float(told[0].split("tap_until = ")[1].split()[0])
+    assert not any("touch" in c and "again" in c for c in two.cautions + three.cautions)
 
 
 def test_an_end_time_between_two_touches_of_a_tap_is_said() -> None:

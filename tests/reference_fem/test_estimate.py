@@ -14,7 +14,7 @@ import meshes
 import reference_fem as rf
 from meshes.quality import volumes
 from reference_fem import estimate
-from reference_fem.dynamics.tap import next_touch_s
+from reference_fem.dynamics.next_touch import next_touch_s
 from reference_fem.error_cautions import imprecise, later_taps, percent, unlike_shape
 from reference_fem.estimate import section, standing_out
 from reference_fem.flight_error import Flight, arrival_errors

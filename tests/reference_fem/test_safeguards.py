@@ -15,7 +15,7 @@ from reference_fem import cautions
 from reference_fem.cautions import contact_edge_ratio, spike
 from reference_fem.dynamics import guards
 from reference_fem.dynamics.guards import touching_det
-from reference_fem.dynamics.tap import NEVER, next_touch_s
+from reference_fem.dynamics.next_touch import NEVER, next_touch_s
 from reference_fem.elements.geometry import geometries
 from reference_fem.error_cautions import flutter
 from reference_fem.model import Model

@@ -156,6 +156,14 @@ def test_a_flight_that_does_not_touch_ends_as_it_would() -> None:
     assert tap(2, low).message.split(":")[1][:12] == tap(0, low).message.split(":")[1][:12]
 
 
+def test_iterations_of_the_flight_on_few_elements_are_counted() -> None:
+    """A step takes one at least, in flight as in contact."""
+    for changes in ({"end_time": 0.05}, {}):
+        statistics = tap(2, **changes).statistics
+        assert 0 < statistics.steps <= statistics.newton_iterations
+        assert statistics.factorizations > 0
+
+
 def test_an_interrupt_in_the_flight_ends_the_run(monkeypatch: pytest.MonkeyPatch) -> None:
     own, calls = loop.advance_by_kind, []
 

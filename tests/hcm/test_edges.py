@@ -181,3 +181,14 @@ def test_steps_too_long_for_the_motion_are_not_a_result() -> None:
     assert "flight_tolerance" in result.status.advice
     assert result.summary.energy_residual > 0.1
     assert result.history.time_s.size > 1
+
+
+@pytest.mark.parametrize(("tolerance", "first"), [(0.0, 1e-4), (1e-6, 1e-6)])
+def test_a_controlled_start_from_no_acceleration_is_short(tolerance: float, first: float) -> None:
+    """The first step leaves out half its loads; equal steps stay equal."""
+    settings = hcm.Settings(
+        consistent_start=False, flight_tolerance=tolerance, flight_step=1e-4, contact_step=1e-6,
+        end_time=5e-4, estimate=False,
+    )  # fmt: skip
+    time = hcm.simulate(finger(SOFT), SURFACE, SOFT_TIP, settings=settings).history.time_s
+    assert time[1] == pytest.approx(first, rel=1e-9)

@@ -1,5 +1,6 @@
 """What of the body is below the surface: against dense sections, and runs that end there."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -132,3 +133,20 @@ def test_rods_that_a_body_stops_have_the_drive_of_that_moment() -> None:
     torques, rates = begun.motion.drive
     assert rates.all()
     np.testing.assert_allclose(torques, begun.segment.totals.time * rates, rtol=1e-12)
+
+
+@pytest.mark.parametrize("thick", [1, 2])
+def test_a_body_that_touches_is_named_by_its_phalanx(thick: int) -> None:
+    """The thicker one at the hinge that two share, counted from 1, and where that hinge is."""
+    phalanges = [replace(HARD, diameter=0.02 if w == thick else 0.01) for w in (1, 2)]
+    start = hcm.RigidStart((0.3, -0.3), (5.0, 5.0))
+    settings = hcm.Settings(flight="rigid", estimate=False)
+    surface = hcm.Surface(0.04 * math.sin(0.3) + 0.0105, 0.5)
+    run = hcm.simulate(
+        hcm.Finger(tuple(phalanges)), surface, HARD_TIP, settings=settings, start=start
+    )
+    assert run.status is hcm.Status.BODY_TOUCHES
+    assert f": phalanx {thick} is " in run.message
+    # the section's end is its radius times the sine of its tilt off the hinge
+    x = float(run.message.split("X = ")[1].removesuffix(" m"))
+    assert abs(x + 0.04 * math.cos(0.3)) < 0.01 * math.sin(0.5)

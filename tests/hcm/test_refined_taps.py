@@ -1,7 +1,9 @@
 """Taps under refined assumptions: against the converged reference, in order, with closed energy."""
 
 import math
+import sys
 from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -309,6 +311,27 @@ def test_friction_that_pulls_towards_the_hinge_is_said(mirrored: bool, outwards:
     )  # fmt: skip
     assert result.status is hcm.Status.COMPLETED
     assert any("towards its hinge" in text for text in result.cautions) is outwards
+
+
+@pytest.mark.parametrize(("over", "said"), [(2.0, False), (4.0, True)])
+def test_the_pull_of_a_later_tap_is_not_the_firsts(over: float, said: bool) -> None:
+    """Friction pulls towards the hinge by 0.3 of a second, higher peak, which may belong to it."""
+    scene = hcm.Scene(
+        hcm.Finger((SOFT,) * 3), hcm.Surface(0.1, 0.5), hcm.Tip(1e6),
+        assumptions=Assumptions("refined"),
+    )  # fmt: skip
+    history = SimpleNamespace(
+        time_s=np.arange(5.0),
+        normal_force_N=np.array([0.0, 50.0, 0.0, 100.0, 0.0]),
+        tangential_force_N=np.array([0.0, 0.0, 0.0, 30.0, 0.0]),
+        stress_R_Pa=np.zeros(5),
+    )
+    summary = SimpleNamespace(peak_normal_force_N=100.0, peak_stress_R_Pa=1e6)
+    slope = np.array([-math.cos(0.7), -math.sin(0.7)])
+    cautions = sys.modules["hcm.simulate"]._refinement_cautions(
+        scene, summary, history, (0.5, over), slope
+    )
+    assert any("towards its hinge" in text for text in cautions) is said
 
 
 def test_a_tap_that_fades_out_says_so() -> None:

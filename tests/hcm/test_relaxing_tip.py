@@ -1,6 +1,9 @@
 """A tip whose material has Kelvin-Voigt damping: F_n += -tau k g., its power, where it leaves."""
 
+import sys
+from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -234,3 +237,27 @@ def test_chatter_and_a_steep_touch_are_no_lack_of_steps() -> None:
     history = SimpleNamespace(time_s=time, normal_force_N=np.sin(0.1 * np.pi * time))
     swing = smooth_difference(history, events, 0, time.size)  # type: ignore[arg-type]
     assert swing == pytest.approx((0.1 * np.pi * 0.1) ** 2, rel=0.01)
+
+
+@pytest.mark.parametrize("last", [False, True])
+def test_a_tip_relaxes_as_the_last_phalanx_alone_does(
+    monkeypatch: pytest.MonkeyPatch, last: bool
+) -> None:
+    """Rows next to its events are left out of the steps' judgement, and of no other tap's."""
+    module, told = sys.modules["hcm.simulate"], list[bool]()
+    judge = module.judge_steps
+
+    def heard(*given: Any) -> Any:
+        told.append(given[-1])
+        return judge(*given)
+
+    monkeypatch.setattr(module, "judge_steps", heard)
+    still = hcm.Phalanx(0.04, 2 * R, E, 1400.0, elements=4, poisson_ratio=NU)
+    relaxing = replace(still, relaxation_time=TAU)
+    pair = (still, relaxing) if last else (relaxing, still)
+    hcm.simulate(
+        hcm.Finger(pair), hcm.Surface(0.07, 0.5), hcm.Tip(1e6),
+        settings=hcm.Settings(flight="rigid", estimate=False),
+        assumptions=hcm.Assumptions("refined"),
+    )  # fmt: skip
+    assert told == [last]

@@ -11,7 +11,7 @@ import hcm
 from hcm.beam.chain import build_chain
 from hcm.beam.equations import residual
 from hcm.contact.law import IN_FLIGHT, contact_law
-from hcm.fall import rods_fall
+from hcm.fall import RODS_TOLERANCE, rods_fall
 from hcm.flight.rigid_chain import (
     Rods,
     acting_between,
@@ -22,7 +22,7 @@ from hcm.flight.rigid_chain import (
 )
 from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
 from hcm.model import rigid_motion
-from hcm.simulate import LARGEST_LEFT_OUT
+from hcm.simulate import LARGEST_LEFT_OUT, solve_once
 from hcm.state import StepLimits, initial_totals
 from tests.hcm.cases import HARD, HARD_TIP, NO_ESTIMATE, SOFT, SOFT_TIP, SURFACE, finger
 
@@ -365,3 +365,33 @@ def test_a_clock_has_counted_nothing() -> None:
     totals = initial_totals(1.0, 2.0)
     assert (totals.time, totals.phase_start, totals.step) == (1.0, 1.0, 2.0)
     assert not any(totals[3:])
+
+
+def test_a_level_rods_hinge_carries_a_quarter_of_its_weight() -> None:
+    """As it is let go; at theta below the level it carries m g cos(theta)/4 across the rod, and
+    5/2 m g sin(theta) along it, as the rate's square is 3 g sin(theta)/L.
+    """
+    run = hcm.simulate(
+        finger(SOFT, 1), hcm.Surface(0.035, 0.5), SOFT_TIP, settings=replace(RIGID, end_time=0.05)
+    )
+    assert run.summary.contact_time_s is None
+    x, y = run.history.tip_position_m.T
+    weight = SOFT.line_density * SOFT.length * G
+    sine, cosine = -y / SOFT.length, -x / SOFT.length
+    along, across = 2.5 * weight * sine, 0.25 * weight * cosine
+    wanted = np.column_stack([along * cosine - across * sine, along * sine + across * cosine])
+    # but for the last row, the beams' own; the flight keeps 1e-5 of the surface's depth
+    found = run.history.hinge_reactions_N[:-1].reshape(-1, 2)
+    assert found == pytest.approx(wanted[:-1], abs=1e-4 * weight)
+
+
+def test_what_a_flight_leaves_out_is_its_largest_not_its_last() -> None:
+    """Of a torque that ends long before the touch; `Fall.largest` is found by another kernel."""
+    table = hcm.TorqueTable((0.0, 0.01, 0.01), ((0.02, 0.0, 0.0), (0.02, 0.0, 0.0), (0.0,) * 3))
+    alike = replace(NO_ESTIMATE, flight="rigid", flight_step=1.0, flight_tolerance=RODS_TOLERANCE)
+    scene = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, hcm.Drive(table=table), alike)
+    fall = rods_fall(scene)
+    assert fall is not None
+    assert fall.largest > 1.2 * fall.bending
+    # the same steps
+    assert solve_once(scene)[1] == pytest.approx(fall.largest / fall.speed, rel=1e-9)

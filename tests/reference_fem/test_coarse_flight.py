@@ -24,6 +24,7 @@ from reference_fem.dynamics.step import advance, start_state
 from reference_fem.flight_error import OmittedMotion
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start, pose
+from reference_fem.scene import Scene
 from tests.reference_fem.taps import GEOMETRY, SURFACE
 from tests.reference_fem.test_restart import Counter, assert_same_bits
 
@@ -190,6 +191,36 @@ def test_a_tip_that_rises_is_not_handed_over(over: CoarseFlight) -> None:
         assert (over.steps_ahead(state, 2) < FLIGHT_BLOCK) == handed_over
 
 
+def test_steps_before_the_touch_are_left_to_the_runs_mesh(over: CoarseFlight) -> None:
+    """Half of them at most is flown ahead: a lead of n steps takes n/2 of the run's off it."""
+    near = np.zeros_like(over.model.points) + [0.0, -0.09, 0.0][: over.model.points.shape[1]]
+    moving = np.zeros_like(near) + [0.0, -3.0, 0.0][: near.shape[1]]
+    state = start_state(over.model, near, moving, 0.0)
+    none = over.steps_ahead(state, 0)
+    assert 10 < none < FLIGHT_BLOCK
+    lead = round(none * over.model.step_s / over.to.step_s)
+    # whole steps, both rounded
+    assert over.steps_ahead(state, lead) == pytest.approx(none / 2, abs=1.5)
+
+
+def test_a_driven_phalanxs_turns_are_handed_over(over: CoarseFlight) -> None:
+    """After a whole turn and more its torque has done the work of all of it."""
+    chain, _ = chain_and_start(over.model.chain, None)
+    turned = rf.ChainState(np.array([8.0, 0.5, 0.5]), np.zeros(3), 0.0)
+    motion = pose(chain, turned, over.model.points, over.model.body_of_point)
+    state = start_state(over.model, *motion, 0.0, turned.angles)
+    after = over.handed_over(LoopState(state, 0.0, coarse=True)).state
+    assert state.face_angles == pytest.approx([8.0], abs=1e-3)
+    # a step of the flight's apart
+    assert after.face_angles == pytest.approx(state.face_angles, abs=1e-3)
+
+
+def test_nodes_of_the_symmetry_plane_stay_in_it(over: CoarseFlight) -> None:
+    """Exactly, whatever the flight's nodes do off it."""
+    field = np.random.default_rng(2).normal(size=over.model.points.shape)
+    assert (over.on_run(field)[over.to.symmetry, 2:] == 0.0).all()
+
+
 @pytest.mark.parametrize(("flight", "height"), [("explicit", 0.0245), ("coarse", 0.02)])
 def test_a_torque_does_not_turn_the_tip_through_the_surface_between_two_looks(
     flight: Any, height: float
@@ -243,6 +274,21 @@ def test_a_flight_misses_what_its_own_cells_do(monkeypatch: pytest.MonkeyPatch) 
     settings = replace(FLYING["settings"], estimate=True)
     rf.simulate(mesh, RUBBER_10, SURFACE, rf.Drive(), settings, flight_mesh=light)
     assert sections == [pytest.approx(1 / 3, rel=0.01)]  # those at the round end are skewed
+
+
+def test_a_result_names_its_meshes_by_what_they_are() -> None:
+    """Equal ones alike, others not; a flight on the run's own mesh names no other."""
+    run, light = meshed(RUN, 2), meshed(COARSE, 2)
+
+    def given(mesh: meshes.FingerMesh, flight_mesh: meshes.FingerMesh | None) -> dict[str, Any]:
+        settings = rf.Settings(flight="rigid" if flight_mesh is None else "coarse")
+        return Scene(mesh, RUBBER, SURFACE, rf.Drive(), settings, None, flight_mesh).given
+
+    one = given(run, light)
+    assert one == given(meshed(RUN, 2), meshed(COARSE, 2))
+    assert one["mesh"] != given(light, light)["mesh"]
+    assert one["flight_mesh"] != given(run, run)["flight_mesh"]
+    assert "flight_mesh" not in given(run, None)
 
 
 LONGER = meshes.finger_hexahedra(replace(GEOMETRY, lengths=(0.04, 0.05, 0.03)), COARSE)

@@ -191,3 +191,43 @@ def test_a_finger_that_swung_over_taps_as_its_mirror_image(dim: int) -> None:
         # the same sums of mirrored numbers, but for the rounding of sin(π - θ), which nodes that
         # stick and slip magnify (2e-6 seen)
         assert getattr(other, name) == pytest.approx(sign * getattr(own, name), rel=2e-5), name
+
+
+def test_a_flights_longest_time_is_counted_from_its_start() -> None:
+    """It begins three seconds late, and may last two."""
+    start = rf.ChainState(np.zeros(3), np.zeros(3), 3.0)
+    early, late = (
+        rf.impact_state(GEOMETRY, SOFT, SURFACE, rf.Drive(), 1e-4, start=at) for at in (None, start)
+    )
+    assert early is not None
+    assert late is not None
+    # the time of the touch is found to round-off of 3 s
+    assert late.time_s - 3.0 == pytest.approx(early.time_s, rel=1e-9)
+
+
+def test_the_last_phalanx_touches_with_its_own_radius_and_material() -> None:
+    """Hertz: F = 4/3 E* a^3/R and m v^2/2 = 8/15 E* a^5/R^2, of a thin tip of another material."""
+    finger = meshes.FingerGeometry((L, L), (2.4 * R, 2 * R))
+    tip = Material(3e8, 0.45, 1100.0)
+    state = ChainState(np.array([0.7, 0.9]), np.array([20.0, 12.0]), 0.0)
+    touch = predicted_touch(finger, (MATERIAL, tip), Surface(0.1, 0.5), Drive(), state)
+    modulus = tip.plane_strain_modulus
+    assert touch.force == pytest.approx(4 / 3 * modulus * touch.patch_radius**3 / R)
+    energy = 8 / 15 * modulus * touch.patch_radius**5 / R**2
+    assert energy == pytest.approx(0.5 * touch.mass * touch.speed**2)
+
+
+def test_friction_that_would_jam_leaves_the_mass_without_it() -> None:
+    """Painleve: one direction of sliding yields more by friction, the other would not yield."""
+    finger, angles = meshes.FingerGeometry((L, L), (2 * R, 2 * R)), np.array([0.7, 1.2])
+    shares = []
+    for rates in ((20.0, 12.0), (40.0, -40.0)):
+        state = ChainState(angles, np.array(rates), 0.0)
+        free, rough = (
+            predicted_touch(finger, (MATERIAL,) * 2, Surface(0.1, friction), Drive(), state)
+            for friction in (0.0, 50.0)
+        )
+        assert free.speed > 0.0
+        shares.append(rough.mass / free.mass)
+    assert 0.0 < min(shares) < 0.5
+    assert max(shares) == pytest.approx(1.0, rel=1e-14)

@@ -27,7 +27,6 @@ from validation.harness.interrupts import unless_interrupted
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.models.hcm import hcm_scene
-from validation.models.impact import impact_of
 from validation.scenes.load import NamedScene
 
 # Edge at the contact over Hertz's contact radius, and its growth to the next edge: changing both
@@ -66,8 +65,9 @@ class ContactIdentification:
     hertz_N_per_m, mindlin_eta_squared : k after Hertz, eta^2 after Mindlin, at the same force.
     scene_normal_stiffness_N_per_m, scene_eta_squared : the scene's own tip (the paper's printed k
         in its scenes).
-    touch_angle_deg : from the axis as its end touches, for k and eta^2; negative towards the upper
-        side. round_touch_angle_deg : as the lowest point of the round end does, for tip_compliance.
+    touch_angle_deg : from the axis as the reduced model touches, for k and eta^2; negative towards
+        the upper side. round_touch_angle_deg : as the lowest point of the round end of rigid
+        phalanges does, for tip_compliance.
     levels : coarse to fine.
     tip_compliance : E R c_nn, c_nt and c_tt/cos(touch angle), by the scene's keys, of each mesh of
         `EDGES`.
@@ -130,7 +130,7 @@ def identify_contact(
 
     tables = scene.tables
     upright = 0.5 * np.pi
-    angle = float(np.clip(impact_of(scene).touch_angle, -upright, upright))
+    angle = float(np.clip(own_touch_angle(scene), -upright, upright))
     # the refined tip touches with its lowest point, before the end of its axis arrives
     touch = solid_mesh.predicted_touch(tables, 3)
     round_angle = angle if touch is None else float(np.clip(touch.angle, -upright, upright))
@@ -286,22 +286,40 @@ def stated_force(
 
 
 def reduced_peak(scene: NamedScene, stiffness: float) -> float:
-    """Peak normal force of the reduced model with another k, N.
+    """Peak normal force of the reduced model with another k, N."""
+    return float(_reduced_tap(scene, stiffness).summary.peak_normal_force_N)
 
-    Raises RunFailedError: the reduced model's tap is not completed.
+
+def own_touch_angle(scene: NamedScene) -> float:
+    """Angle, from its axis, at which the reduced model's last phalanx touches, rad."""
+    from reference_fem.touch import touch_angle
+
+    tap = _reduced_tap(scene, scene.tables.tip.normal_stiffness)
+    touch = next(
+        p
+        for event, p in zip(tap.events, tap.event_postures, strict=True)
+        if event.kind == "contact"
+    )
+    x, y = touch.slopes[-1][-1]
+    return touch_angle(float(np.arctan2(-y, -x)))
+
+
+def _reduced_tap(scene: NamedScene, stiffness: float) -> Any:
+    """The reduced model's tap with another k.
+
+    Raises RunFailedError: it is not completed.
     """
     import hcm
 
     given = hcm_scene(scene, estimate=False)
     given = replace(given, tip=replace(given.tip, normal_stiffness=stiffness))
     result = unless_interrupted(hcm.simulate_scene(given))
-    peak = result.summary.peak_normal_force_N
-    if peak is None or result.status is not hcm.Status.COMPLETED:
+    if result.summary.peak_normal_force_N is None or result.status is not hcm.Status.COMPLETED:
         why = result.message or "it does not touch"
         raise RunFailedError(
             f"scene {scene.name}: the reduced model has no whole tap: {why}; {result.status.advice}"
         )
-    return peak
+    return result
 
 
 def _tip(

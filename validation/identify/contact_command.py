@@ -21,9 +21,13 @@ COLUMNS = ("quantity", "unit", "static_indentation", "uncertainty", "theory", "t
 def rows(found: ContactIdentification) -> list[dict[str, Any]]:
     """The identified values beside theory and the scene's own."""
     theory = 1.25 * found.force_N / found.hertz_N_per_m
+    own, round_end = (
+        f"touching at {90.0 - abs(angle):.1f} degrees"
+        for angle in (found.touch_angle_deg, found.round_touch_angle_deg)
+    )
     return [
         {
-            "quantity": f"k, the spring of the same energy at F = {found.force_N:.4g} N",
+            "quantity": f"k, the spring of the same energy at F = {found.force_N:.4g} N, {own}",
             "unit": "N/m",
             "static_indentation": found.normal_stiffness_N_per_m,
             "uncertainty": found.stiffness and found.stiffness.error,
@@ -49,8 +53,7 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
         },
         *(
             {
-                "quantity": f"{key}, for solver.hcm.assumptions = 'refined', touching at"
-                f" {90.0 - abs(found.round_touch_angle_deg):.1f} degrees",
+                "quantity": f"{key}, for solver.hcm.assumptions = 'refined', {round_end}",
                 "unit": "1",
                 "static_indentation": value_to_use(judged),
                 "uncertainty": judged.error,

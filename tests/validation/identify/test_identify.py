@@ -70,6 +70,19 @@ def test_compliances_are_those_of_the_refined_models_touch(monkeypatch: Patch) -
 
 
 @pytest.mark.usefixtures("springs")
+def test_stiffness_is_that_of_the_touch_whose_force_it_has() -> None:
+    """A finger whose round end touches 5 ms before its thin rods would: k was for 73 degrees."""
+    unlike = (
+        "finger.length=[0.02, 0.012, 0.015]", "finger.diameter=[0.010, 0.009, 0.008]",
+        "material.youngs_modulus=[3e9, 2e9, 4e8]", "surface.height=0.024", "finger.elements=5",
+        "start.angles=[0.1, 0.2, 0.3]", "solver.hcm.assumptions=refined", "tip.normal_stiffness=4e5"
+    )  # fmt: skip
+    found = identify.identify_contact(load_scene("soft", unlike))
+    # rigid phalanges, without what the beams bend on their way
+    assert found.touch_angle_deg == pytest.approx(found.round_touch_angle_deg, abs=0.5)
+
+
+@pytest.mark.usefixtures("springs")
 def test_identify_contact_writes_table_plot_and_json(tmp_path: Path, fingertap: Run) -> None:
     arguments = ["identify", "contact", "soft", "--set", "finger.elements=5", "--out", tmp_path]
     printed = json.loads(fingertap(*arguments, "--json").out)

@@ -12,7 +12,7 @@ import cyclopts
 
 from validation.errors import OutsideToleranceError, RunFailedError, UserError, file_reason
 
-KEPT = "files already written, if any, are kept"
+KEPT = "finished runs and files already written, if any, are kept"
 GARBAGE_AFTER = 100_000  # new containers between two looks for garbage
 
 app = cyclopts.App(

@@ -160,7 +160,8 @@ def validation_findings(runs: CaseRuns, references: References) -> dict[str, Fin
     known = [float(error) for error in errors if error is not None]
     rows["A.2"] = Finding(
         max(known) < 8.0 if len(known) == len(errors) else None,
-        f"largest error of a peak force against the ls-dyna-like reference: {max(known):.2g} %"
+        f"largest error of a peak force against the ls-dyna-like reference: {max(known):.2g} %,"
+        " as uncertain as each of them"
         if known else NO_REFERENCE,
     )  # fmt: skip
     return rows

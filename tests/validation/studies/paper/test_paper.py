@@ -102,7 +102,8 @@ def test_values_are_judged_by_their_deviation(share: float, verdict: str) -> Non
         ("F10.5", "true", False, NOT_REPRODUCED),
         ("T2.1", "173.084", None, NOT_REPRODUCED),  # no such number in the command's own runs
         ("T2.5", "173.104", None, NOT_JUDGED),  # the reference's run, left out or failed
-        ("A.2", "8", None, NOT_JUDGED),
+        ("T2.12", "7.80", None, NOT_JUDGED),
+        ("A.2", "8", True, INCOMPARABLE),  # the largest of errors that are
     ],
 )
 def test_other_claims_are_judged_by_their_kind(

@@ -14,6 +14,7 @@ from validation.harness.uncertainty import two_digits
 from validation.validate.headline import cautions, differences
 from validation.validate.plan import Runs
 
+VERDICTS = "validate.json"
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # allowed in names, not in XML
 JSON_KEYS = {  # of `Difference.numbers`, where JSON has another name
     "reduced": "value",
@@ -54,7 +55,7 @@ def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Diff
         "failures": list(failures),
         "provenance": provenance({}),
     }
-    write_json(folder / "validate.json", content)
+    write_json(folder / VERDICTS, content)
     write_text(folder / "junit.xml", _junit(checks, failures))
     return checks
 

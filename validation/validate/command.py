@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from validation.errors import OutsideToleranceError, RunFailedError
-from validation.harness.command_line import Flag, Fresh, NoEstimate
+from validation.harness.command_line import AsJson, Flag, Fresh, NoEstimate
 from validation.harness.console import output, progress_bar, say
 from validation.harness.files import exclusive_folder, output_folder
 from validation.harness.processes import CrashedError, call_isolated
@@ -11,7 +11,7 @@ from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.render.interactive import check_interactive
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
-from validation.validate.checks import check_text, outcome, write_checks
+from validation.validate.checks import VERDICTS, check_text, outcome, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.page import report
 from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, Runs, validation_jobs
@@ -53,6 +53,7 @@ def run_validation(
     interactive: Flag = False,
     fresh: Fresh = False,
     no_estimate: NoEstimate = False,
+    as_json: AsJson = False,
 ) -> None:
     """Run, compare, tabulate, draw, and write the page.
 
@@ -95,10 +96,8 @@ def run_validation(
         checks = write_checks(folder, runs, failures)
     page = folder / "index.html"
     said = (*context["sentences"], *context["reasons"], *context["ladder_sentences"])
-    output("\n".join(said))
-    output(f"page: {page}")
-    for problem in context["render_problems"]:
-        output(f"renders: {problem}")
+    said = (*said, f"page: {page}", *(f"renders: {text}" for text in context["render_problems"]))
+    output((folder / VERDICTS).read_text().rstrip() if as_json else "\n".join(said))
     for note in (*plan.notes, *context["unit_notes"], *context["cautions"]):
         say(f"caution: {note}")
     if failures:

@@ -233,7 +233,9 @@ def test_checks_end_with_their_own_code_in_json_and_junit(
     assert "soft, hcm: peak Fn -3.23 % (known to 0.91 %), tolerance 2 %: outside" in ended.line
     suite = ET.parse(tmp_path / "validate" / "junit.xml").getroot()
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("3", "2", "0")
+    printed = fingertap(*wanted, "peak=2,impulse=5,stress=1", "--json")
     written = json.loads((tmp_path / "validate" / "validate.json").read_text())
+    assert (json.loads(printed.out), printed.code) == (written, 3)
     assert written["cautions"] == ["soft, hcm: it is wet"]
     verdicts = written["verdicts"]
     found = {row["quantity"]: row["check"] for row in verdicts if row["tolerance_percent"]}

@@ -116,7 +116,7 @@ def dask_cluster(address: str, models: Sequence[str]) -> Iterator[Crew]:
             return _lost(address) if client.status in GIVEN_UP else None
 
         try:
-            yield Crew(submit, _count_of(client), lost)
+            yield Crew(submit, _count_of(client, address), lost)
         finally:
             with suppress(Exception):  # the client may have given up
                 pool.shutdown(wait=False)
@@ -129,15 +129,20 @@ def _lost(address: str) -> RunFailedError:
     )
 
 
-def _count_of(client: Any) -> Callable[[], int]:
-    """A function that returns the number of workers, or the last known one without an answer."""
+def _count_of(client: Any, address: str) -> Callable[[], int]:
+    """A function that returns the number of workers, or the last known one without an answer, and
+    says so when the last one is gone.
+    """
     count, asked = len(client.nthreads()), time.monotonic()
 
     def workers_now() -> int:
         nonlocal count, asked
         if time.monotonic() - asked > COUNTED_S:
+            before = count
             with suppress(Exception):  # the connection is being restored
                 count = len(client.nthreads())
+            if before > count == 0:
+                say(f"{address}: has no workers left; waiting for others")
             asked = time.monotonic()
         return count
 
@@ -201,7 +206,8 @@ def solve_all(
 
     try:
         while todo or again or running:
-            while (todo or again) and len(running) < AHEAD * max(crew.workers(), 1):
+            most = AHEAD * max(crew.workers(), 1)
+            while (todo or again) and len(running) < most:
                 batch = next_batch()
                 running[crew.submit(solve_tasks, name, document, batch.tasks, wanted)] = batch
             ready, _ = wait(running, COUNTED_S, FIRST_COMPLETED)

@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -18,6 +19,7 @@ from tests.processes import COMMAND, python, started
 from tests.validation.commands import Run
 from tests.validation.sweep.plans import written
 from tests.validation.sweep.test_sweep import TWO, lines, opened
+from validation.sweep import executor
 
 needs_dask = pytest.mark.skipif(
     importlib.util.find_spec("distributed") is None, reason="the extra dask is not installed"
@@ -149,6 +151,19 @@ def test_a_scheduler_that_dies_ends_the_sweep_with_one_line(tmp_path: Path) -> N
     assert "the scheduler was lost; what was finished is kept" in err
     assert "Traceback" not in err
     assert lines(tmp_path)
+
+
+def test_a_cluster_that_loses_its_last_worker_says_so_once(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It waited in silence."""
+    monkeypatch.setattr(executor, "COUNTED_S", 0.0)
+    counts = iter([2, 2, 0, 0, 1, 0])
+    count = executor._count_of(SimpleNamespace(nthreads=lambda: range(next(counts))), "tcp://here")
+    assert [count() for _ in range(3)] == [2, 0, 0]
+    assert capsys.readouterr().err.count("tcp://here: has no workers left; waiting") == 1
+    assert [count() for _ in range(3)] == [1, 0, 0]  # no answer: the last known
+    assert capsys.readouterr().err.count("has no workers left") == 1
 
 
 @needs_dask

@@ -12,7 +12,7 @@ from hcm.parameters import Phalanx
 # tan x = tanh x: the lowest bending vibration of a beam with one hinged and one free end
 HINGED_FREE = 3.926602
 SHEAR = 3.0
-LOOKS_A_RADIAN = 16
+LOOKS_A_RADIAN, MOST_LOOKS = 16, 100_000
 
 
 class PhalanxMotion(NamedTuple):
@@ -86,7 +86,8 @@ def bent_touches(
     wave = HINGED_FREE / float(chain.length[_last_phalanx(chain)].sum())
     soft = 1.0 + wave**2 * (1.0 + SHEAR) * phalanx.second_moment / phalanx.area
     frequency = wave**2 * math.sqrt(phalanx.bending_stiffness / phalanx.line_density / soft)
-    t = np.linspace(0.0, within_s, 2 + math.ceil(LOOKS_A_RADIAN * within_s * frequency))
+    looks = 2 + math.ceil(LOOKS_A_RADIAN * within_s * frequency)
+    t = np.linspace(0.0, within_s, min(looks, MOST_LOOKS))
     swing = bent * (np.cos(frequency * t) - 1.0) + rate / frequency * np.sin(frequency * t)
     return bool((gap + speed * t + swing <= 0.0)[1:].any())
 

@@ -147,11 +147,11 @@ def _result(
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings, relaxes)
         if taps and model.tap_ends is not None:
-            motion, last_phalanx = begun.motion, (model.chain, height, scene.finger.phalanges[-1])
+            motion, of = begun.motion, (model.chain, height, scene.finger.phalanges[-1])
             cautions += ends_undecided(taps[0], over_s)
             cautions += bends_back(
                 model.tap_ends, taps, totals.time,
-                lambda within_s: bent_touches(motion.q, motion.v, *last_phalanx, within_s),
+                lambda within_s: bent_touches(motion.q, motion.v, *of, within_s),
             )  # fmt: skip
         if taps and scene.assumptions.any:
             touched = [event.kind for event in events].index("contact")

@@ -13,7 +13,7 @@ NEVER = 1e12
 # tan β = tanh β: the lowest bending vibration of a beam with one hinged and one free end.
 HINGED_FREE = 3.926602
 SHEAR = 3.0
-LOOKS_A_RADIAN = 16
+LOOKS_A_RADIAN, MOST_LOOKS = 16, 100_000
 
 
 def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
@@ -65,7 +65,8 @@ def bent_touches(model: Model, displacement: Array, velocity: Array, within_s: f
     radius, wave = 0.25 * diameter, HINGED_FREE / (length - 0.5 * diameter)
     soft = 1.0 + (wave * radius) ** 2 * (1.0 + SHEAR)
     frequency = wave**2 * radius * length / model.transit_s / math.sqrt(soft)
-    t = np.linspace(0.0, within_s, 2 + math.ceil(LOOKS_A_RADIAN * within_s * frequency))
+    looks = 2 + math.ceil(LOOKS_A_RADIAN * within_s * frequency)
+    t = np.linspace(0.0, within_s, min(looks, MOST_LOOKS))
     swing = bent * (np.cos(frequency * t) - 1.0) + rate / frequency * np.sin(frequency * t)
     return bool((gap + speed * t + swing <= 0.0)[1:].any())
 

@@ -35,20 +35,23 @@ class Verdict:
 
     @property
     def judgement(self) -> Judgement:
-        """The judgement; *cannot tell* if u is unknown or larger than the tolerance."""
-        u = self.uncertainty
-        if u is None or (self.tolerance is not None and u > self.tolerance):
+        """The judgement; *cannot tell* if u is unknown."""
+        if self.uncertainty is None:
             return "cannot tell"
-        return "resolved" if abs(self.difference) > u else "within uncertainty"
+        return "resolved" if abs(self.difference) > self.uncertainty else "within uncertainty"
 
     @property
     def check(self) -> Check | None:
-        """Whether the difference is within the tolerance, None where none was asked for."""
-        if self.tolerance is None:
+        """Whether the difference is within the tolerance, None where none was asked for.
+
+        *Cannot tell* if u is unknown, or larger than the tolerance unless |E| is beyond both.
+        """
+        size, u, most = abs(self.difference), self.uncertainty, self.tolerance
+        if most is None:
             return None
-        if self.judgement == "cannot tell":
+        if u is None or most < u >= size - most:
             return "cannot tell"
-        return "inside" if abs(self.difference) <= self.tolerance else "outside"
+        return "inside" if size <= most else "outside"
 
 
 # Below this ratio of target to value a percentage means nothing (an arrival timed from the touch).

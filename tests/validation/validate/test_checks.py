@@ -271,3 +271,13 @@ def test_a_difference_that_is_known_to_just_the_tolerance_is_judged() -> None:
     assert Verdict(1.0, 2.0, 2.0).check == "inside"
     assert Verdict(3.0, 2.0, 2.0).check == "outside"
     assert Verdict(3.0, 2.0001, 2.0).check == "cannot tell"
+
+
+@pytest.mark.parametrize(("difference", "check"), [(103.2, "outside"), (4.9, "cannot tell")])
+def test_a_difference_far_beyond_a_tolerance_is_outside_however_well_it_is_known(
+    difference: float, check: str
+) -> None:
+    """An impulse of double the data's, known to 3 %, could not be told from 2 %."""
+    verdict = Verdict(-difference, 3.0, 2.0)
+    assert verdict.check == check
+    assert verdict.judgement == Verdict(-difference, 3.0).judgement == "resolved"

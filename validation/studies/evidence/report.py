@@ -47,7 +47,9 @@ class Shown:
 
 def word(row: EvidenceRow) -> str:
     """The verdict, as the page calls it."""
-    return SAID["cannot tell" if row.verdict is None else row.verdict.judgement]
+    if row.verdict is None or row.verdict.check == "cannot tell":
+        return SAID["cannot tell"]
+    return SAID[row.verdict.judgement]
 
 
 def difference_text(row: EvidenceRow) -> str:

@@ -84,7 +84,7 @@ def sentences(rows: list[Difference]) -> list[str]:
         apart = above_or_below(error)
         if apart.startswith("0.0 "):
             apart = "within 0.05 % of"
-        known = "no error is stated: not judged"
+        known = "one of their errors is not known: not judged"
         if verdict.uncertainty is not None:
             known = f"known to {two_digits(verdict.uncertainty)} %: {verdict.judgement}"
         text = f"{finger}: {whose}'s peak force lies {apart} the reference's ({known})."

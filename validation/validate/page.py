@@ -65,7 +65,7 @@ TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the 
     ),
     "accuracy_cost": (
         tables.COST_COLUMNS,
-        "Models of the ladder against rung 3's finest run, and their time",
+        "Models of the ladder against the reference that is known best, and their time",
     ),
     "contact_patch": (
         tables.PATCH_COLUMNS,
@@ -251,5 +251,6 @@ def report(folder: Path, runs: Runs, ladder: Ladder, interactive: bool = False) 
     apart = draw_differences(folder / "figures", runs)
     renders = draw_fields(folder / "renders", folder / "runs", runs, interactive)
     context = page_context(runs, rows, figures, apart, renders) | ladder_context(ladder, rows)
+    context["cautions"] += ladder.doubts
     write_page(folder / "index.html", "validate.html.j2", context)
     return context

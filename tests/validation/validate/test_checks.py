@@ -60,7 +60,8 @@ def test_a_smaller_magnitude_is_a_negative_difference_whatever_the_sign() -> Non
 def test_a_scene_keeps_its_letters_and_equal_models_are_said_so(make_record: Make) -> None:
     same, off = make_record(peak=64.0), make_record(peak=64.64)
     rows = [one for run in (same, off) for one in differences_of("PLA_v2", "hcm", run, same)]
-    told = "PLA_v2 finger: the reduced model's peak force lies {} (no error is stated: not judged)."
+    told = "PLA_v2 finger: the reduced model's peak force lies {}"
+    told += " (one of their errors is not known: not judged)."
     sides = ("within 0.05 % of the reference's", "1.0 % above the reference's")
     assert sentences(rows) == [told.format(side) for side in sides]
 

@@ -48,6 +48,11 @@ class Ladder:
     checks: list[Row] = field(default_factory=list)
     failures: list[str] = field(default_factory=list)
 
+    @property
+    def doubts(self) -> list[str]:
+        """What rung 3's references say of themselves."""
+        return [f"{r.scene}, rung 3's {r.label}: {r.doubt}" for r in self.references if r.doubt]
+
 
 def identify(
     scene: NamedScene, refinements: tuple[tuple[float, float], ...], store: Store
@@ -102,7 +107,8 @@ def compute_ladder(
             if full and source == EXPLICIT_FLIGHT:
                 ladder.checks.append(explicit_flight(source, runs))
         except (UserError, RunFailedError) as error:
-            ladder.failures.append(f"{scene_name(source)}: {error}")
+            what = "no ladder, whose models start from the impact of thin rods"
+            ladder.failures.append(f"{scene_name(source)}: {what}: {error}")
     return ladder
 
 
@@ -154,7 +160,8 @@ def cause_sentences(causes: Sequence[Row]) -> list[str]:
         largest = sorted(changes.items(), key=lambda item: -abs(item[1]))
         parts = [f"{change:+.1f} N with {step}" for step, change in largest]
         result.append(
-            f"{opening(scene)} finger: from the blind prediction's {first:.1f} N to "
-            f"the reference's {last:.1f} N it is {last - first:+.1f} N: {', '.join(parts)}."
+            f"{opening(scene)} finger: from the blind prediction's {first:.1f} N to the"
+            f" {last:.1f} N of rung 3's reference, from the same impact, it is"
+            f" {last - first:+.1f} N: {', '.join(parts)}."
         )
     return result

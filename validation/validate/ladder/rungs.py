@@ -73,7 +73,8 @@ def compare_runs(
 ) -> list[Comparison]:
     """All compared scalars and the curves' metrics.
 
-    uncertainty : relative uncertainties of the reference, by key.
+    uncertainty : relative uncertainties of the reference's tap, by key. Of its flight it is what
+        the reference states: all meshes fly alike.
     start : SAME or OWN.
     """
     scene = reduced.scene
@@ -83,8 +84,9 @@ def compare_runs(
         # what a common impact state fixes for both models says nothing about them
         if (start == SAME and entry in OF_THE_FLIGHT) or (value is None and target is None):
             continue
-        share = uncertainty.get(entry.key)
-        known_to = None if share is None or target is None else share * abs(target)
+        known_to, share = entry.error(reference), uncertainty.get(entry.key)
+        if entry not in OF_THE_FLIGHT:
+            known_to = None if share is None or target is None else share * abs(target)
         error = error_percent(value, target)
         found.append(Comparison(rung, scene, name_of(entry, start), value, target, known_to, error))
     for name, title in FORCES.items():
@@ -167,10 +169,7 @@ def contact_rung(
     own = runs.obtain(full_contact, meshed[-1][0], None, meshed[-1][1])
     same, predicted = (runs.obtain(reduced, scene, contact, start) for start in (impact, None))
     rows = compare_runs(3, same, records[-1], share, SAME)
-    # the meshes' runs begin at the impact: nothing is known of the flight before it
-    fixed = {entry.key for entry in OF_THE_FLIGHT}
-    of_tap = {key: value for key, value in share.items() if key not in fixed}
-    rows += compare_runs(3, predicted, own, of_tap, OWN)
+    rows += compare_runs(3, predicted, own, share, OWN)
     return rows, records[-1], own, predicted
 
 

@@ -101,6 +101,11 @@ def thousands_apart(value: float, target: float) -> int:
     return power if power and abs(decades - 3.0 * power) < DECADE_TOLERANCE else 0
 
 
+def turned(value: float, target: float) -> bool:
+    """Whether two numbers are of about one size, to a factor of two, and of opposite signs."""
+    return value * target < 0.0 and 0.5 < abs(value / target) < 2.0
+
+
 @dataclass(frozen=True)
 class Difference:
     """One number of a model on a scene, beside the reference's.

@@ -139,7 +139,9 @@ def override(document: dict[str, Any], assignment: str) -> dict[str, Any]:
         table = table.setdefault(part, {})
         if not isinstance(table, dict):
             holder = ".".join(path[: depth + 1])
-            raise UserError(f"--set {show(assignment)}: {holder} is a value, not a table")
+            raise UserError(
+                f"--set {show(assignment)}: {holder} is a value, not a table; give it whole"
+            )
     table[last] = parse_value(text, f"--set {key}")
     return result
 

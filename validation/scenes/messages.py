@@ -1,6 +1,7 @@
 """Pydantic's errors as one line each: key, value, what is allowed, what to do."""
 
 import difflib
+import re
 from datetime import date, time
 from functools import cache
 from typing import Annotated, Any, get_args
@@ -35,6 +36,9 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> dict[str, Fi
 def nearest_key(key: str, of: type[BaseModel] = Scene) -> str:
     """The remedy for an unknown key: the nearest known key, or the list of those in its table."""
     keys = list(known_keys(of))
+    whole = re.sub(r"\[\d+\]$|\.\d+$", "", key)
+    if whole != key and whole in keys:
+        return f"a list is given whole, as {whole}"
     table, _, last = key.rpartition(".")
     siblings = [known for known in keys if known.rpartition(".")[0] == table]
     same = [known for known in keys if known.rpartition(".")[2] == last]

@@ -18,7 +18,7 @@ from validation.scenes.load import sets
 from validation.sweep import dataset
 from validation.sweep.executor import Crew, dask_cluster, processes_here, solve_all
 from validation.sweep.page import clear_report, write_report
-from validation.sweep.plan import Plan, assignment, read_plan
+from validation.sweep.plan import Plan, assignment, lists_replaced, read_plan
 from validation.sweep.points import PointTable, points_of
 from validation.sweep.runs import (
     INTERRUPTED,
@@ -57,6 +57,8 @@ def run_sweep(
         raise UserError(f"--workers {workers}: {why}")
     chosen = read_plan(plan)
     points = points_of(chosen)
+    for line in lists_replaced(chosen):
+        say(f"caution: {line}")
     with exclusive_folder(out / "sweep" / safe_name(chosen.name)) as folder:
         whole, retried = solve_plan(chosen, points, folder, (workers, dask))
         write_report(folder, chosen, points, whole)

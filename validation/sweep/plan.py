@@ -132,6 +132,22 @@ def read_plan(path: Path) -> Plan:
     )
 
 
+def lists_replaced(plan: Plan) -> list[str]:
+    """A line for each varied key that gives all phalanges the same where the scene does not."""
+    found = []
+    for key, axis in plan.vary.items():
+        value: Any = plan.document
+        for part in key.split("."):
+            value = value.get(part) if isinstance(value, dict) else None
+        alike = not any(isinstance(one, list) for one in axis.values or [])
+        if isinstance(value, list) and alike and len({*map(str, value)}) > 1:
+            found.append(
+                f"vary.{key} gives all phalanges one value for the scene's {show(value)}; lists are"
+                " given whole: values = [[...], [...]], or a file of points"
+            )
+    return found
+
+
 def _check_set(keys: Mapping[str, Any], vary: Mapping[str, Axis], origin: str) -> None:
     """Refuse keys that are unknown, that vary, or of which one sets another too."""
     for key in keys:

@@ -1,12 +1,13 @@
 """The page's first screen: how far apart the models are, and how sure that is."""
 
-from validation.compare.differences import Difference, differences_of, thousands_apart
+from validation.compare.differences import Difference, differences_of, thousands_apart, turned
 from validation.harness.page import above_or_below, opening, signed
-from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity
+from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity, quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out
 from validation.validate.plan import PAPER_REDUCED, REFINED, RunName, Runs
 
+TANGENTIAL = quantity("peak_tangential_force_N")
 MATTERS = 1.0  # percent of peak, impulse or duration
 MODEL_NAMES = {PAPER_REDUCED.model: "the reduced model", REFINED: "the refined reduced model"}
 
@@ -50,17 +51,27 @@ def labels(runs: Runs, scene: str) -> dict[str, str]:
 
 
 def unit_notes(runs: Runs) -> list[str]:
-    """Notes on numbers that seem to be in another unit than their name says."""
-    return [
-        f"{row.scene}, {row.model}: {row.quantity.key} = {row.reduced:.4g} {row.quantity.unit} is "
-        f"about {1000.0**power:g} times that of {reference.label}: are both in the "
-        "unit their name states?"
-        for row in differences(runs, COMPARED)
-        if (reference := runs.reference(row.scene)) is not None
-        and row.reduced is not None
-        and row.reference is not None
-        and (power := thousands_apart(row.reduced, row.reference))
-    ]
+    """Notes on numbers that seem to be in another unit, or along another axis, than they should."""
+    notes = []
+    for row in differences(runs, COMPARED):
+        reference = runs.reference(row.scene)
+        if reference is None or row.reduced is None or row.reference is None:
+            continue
+        what = (
+            f"{row.scene}, {row.model}: {row.quantity.key} = {row.reduced:.4g} {row.quantity.unit}"
+        )
+        if power := thousands_apart(row.reduced, row.reference):
+            notes.append(
+                f"{what} is about {1000.0**power:g} times that of {reference.label}: are both in"
+                " the unit their name states?"
+            )
+        measured = row.scene in runs.plan.data and row.quantity == TANGENTIAL
+        if measured and turned(row.reduced, row.reference):
+            notes.append(
+                f"{what} and {reference.label} has {row.reference:.4g}: are both along +X? If not,"
+                f' state tangential = "-x" in the TOML file beside {reference.label}'
+            )
+    return notes
 
 
 def cautions(runs: Runs) -> list[str]:

@@ -42,6 +42,14 @@ DAT = " statistics for slave set A, master set B and time 1\n\n total surface fo
 Read = Callable[..., Reference]
 
 
+def glitch(samples: int, newtons: float) -> str:
+    """A tap of twenty samples up to 2.8 N, and before it some that are equal."""
+    tap = 2.8 * np.sin(np.linspace(0.0, np.pi, 22))
+    force = np.concatenate([[0.0], np.full(samples, newtons), np.zeros(100), tap, [0.0, 0.0]])
+    rows = [f"{1e-5 * n},{f:.6f},0" for n, f in enumerate(np.maximum(force, 0.0))]
+    return "\n".join([HEAD, *rows, ""])
+
+
 @pytest.fixture
 def read(tmp_path: Path) -> Read:
     """Reads a text as a file with that name, with a sidecar."""
@@ -631,6 +639,9 @@ def test_calculix_prints_the_momentum_of_a_falling_block(read: Read) -> None:
          "can't pull.*subtract the offset of the zero line, -0.5 N"),
         (GOOD.replace("0,0,0\n", "-1,0,0\n-.9999,1,0\n-.9998,0,0\n0,0,0\n", 1), "",
          r"line 3: touches for 1 samples, with 1 N, before a tap of 6 N.*threshold_N = 1\.5"),
+        # three samples of a quarter of a tap that lasts for twenty; 1.5 N would hide half of it
+        (glitch(3, 0.7), "", r"touches for 3 samples, with 0\.7 N.*threshold_N = 1.*, else remove"),
+        (glitch(1, 1.5), "", r"touches for 1 samples, with 1\.5 N.*if that is scatter, remove it"),
         (GOOD.replace("3e-4,0,0\n", "3e-4,0,0\n4e-4,3,0\n"), "", "ends in contact"),
         (GOOD, "scene = 'hard'", "scene = 'hard', not soft"),
         (GOOD, "half_modle = true", "unknown key; did you mean half_model"),

@@ -181,6 +181,7 @@ def table(time: str, values: str, *parts: str) -> tuple[str, list[str]]:
         ("surface.frictoin=0.5", ["surface.frictoin", "unknown", "mean surface.friction?"]),
         ("friction=0.5", ["friction = 0.5", "unknown", "mean surface.friction?"]),
         ("surfce.friction=0.5", ["surfce.friction", "mean surface.friction?"]),
+        ("finger.length.2=0.02", ["finger.length is a value, not a table; give it whole"]),
         ("nothing.like_it=1", ["nothing.like_it", "unknown", "known are drive, finger"]),
         ("solver.hcm.qqqqqqq=1", ["solver.hcm.qqqqqqq", "known are", "solver.hcm.contact_step"]),
         ("tip.restitution=1.1", ["tip.restitution", "1.1", "<= 1"]),

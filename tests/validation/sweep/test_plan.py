@@ -5,16 +5,26 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 from scipy import stats
 
 from tests.validation.commands import Run
 from tests.validation.sweep.plans import PLAN, written
 from validation.errors import UserError
-from validation.scenes.load import parse_value
+from validation.scenes.load import load_scene, parse_value
 from validation.sweep.axis import Axis
-from validation.sweep.plan import assignment, read_plan
+from validation.sweep.plan import assignment, lists_replaced, read_plan
 from validation.sweep.points import points_of, values_of
 
+UNLIKE = """scene = "own.toml"
+models = ["hcm"]
+[points]
+number = 4
+[vary]
+"finger.length" = { low = 0.02, high = 0.04 }
+"material.density" = { low = 900, high = 1100 }
+"start.angles" = { values = [[0.1, 0.2, 0.3]] }
+"""
 VARY = '[vary]\n"surface.friction" = '
 HEAD = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nnumber = 4\n'
 
@@ -77,6 +87,10 @@ TORQUES = '"drive.torques" = { values = [[0]] }\n'
         (
             HEAD + "[vary]\n" + TORQUES.replace("[[0]]", "[{ time = [0.0] }]"),
             "vary.drive.torques.values.values is missing",
+        ),
+        (
+            PLAN.replace("surface.friction", "finger.length[2]"),
+            "unknown key of a scene; a list is given whole, as finger.length",
         ),
         (PLAN.replace("surface.friction", "surface.fricton"), "did you mean surface.friction?"),
         (HEAD + VARY + "0.5", "vary.surface.friction"),
@@ -295,3 +309,14 @@ def test_a_grid_over_a_distribution_takes_the_middles_of_equal_shares(tmp_path: 
     found = points_of(read_plan(written(tmp_path, text))).columns
     assert sorted(set(found["surface.friction"])) == pytest.approx([0.1, 0.3, 0.5])
     assert sorted(set(found["tip.restitution"])) == [0.4, 0.8]
+
+
+def test_a_list_that_a_number_replaces_is_told(tmp_path: Path) -> None:
+    """Fingers of three equal phalanges were solved for one whose phalanges differ."""
+    lists = ("finger.length=[0.03, 0.02, 0.02]", "material.density=[1000.0, 1000.0, 1000.0]")
+    own = tomli_w.dumps(load_scene("soft", lists).document)
+    (tmp_path / "own.toml").write_text(own, encoding="utf-8")
+    (told,) = lists_replaced(read_plan(written(tmp_path, UNLIKE)))
+    assert told.startswith("vary.finger.length gives all phalanges one value for the scene's")
+    whole = UNLIKE.replace("{ low = 0.02, high = 0.04 }", "{ values = [[0.03, 0.02, 0.03]] }")
+    assert lists_replaced(read_plan(written(tmp_path, whole))) == []

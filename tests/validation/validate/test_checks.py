@@ -11,6 +11,7 @@ import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
 from validation.compare.differences import Verdict, differences_of, judge, thousands_apart
+from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
 from validation.models.hcm import hcm_scene
 from validation.models.solid_mesh import sizes_of
@@ -252,6 +253,20 @@ def test_numbers_in_another_unit_are_named(make_record: Make) -> None:
     )
     (note,) = [text for text in unit_notes(runs) if "peak_normal_force_N" in text]
     assert note.startswith("soft, mine: peak_normal_force_N = 0.06 N is about 0.001 times")
+
+
+@pytest.mark.parametrize(("theirs", "told"), [(-30.0, True), (30.0, False), (-1.0, False)])
+def test_a_tangential_force_along_the_other_axis_is_told(
+    theirs: float, told: bool, make_record: Make
+) -> None:
+    """A column of the wrong sign was 197 % off in a long table, and nothing said so."""
+    mine, data = make_record(), make_record("soft", "lab.csv")
+    mine.summary["peak_tangential_force_N"] = 31.0
+    data.summary["peak_tangential_force_N"] = theirs
+    plan = Plan({"soft": "soft"}, ("hcm",), "lab.csv", {"soft": Reference(data, ())})
+    notes = [text for text in unit_notes(Runs((mine, data), plan)) if "tangential" in text]
+    assert len(notes) == told
+    assert all('tangential = "-x" in the TOML file beside lab.csv' in note for note in notes)
 
 
 @pytest.mark.parametrize(

@@ -313,10 +313,10 @@ def test_a_grid_over_a_distribution_takes_the_middles_of_equal_shares(tmp_path: 
 
 def test_a_list_that_a_number_replaces_is_told(tmp_path: Path) -> None:
     """Fingers of three equal phalanges were solved for one whose phalanges differ."""
-    lists = ("finger.length=[0.03, 0.02, 0.02]", "material.density=[1000.0, 1000.0, 1000.0]")
+    lists = ("finger.length=[0.06, 0.04, 0.04]", "material.density=[1e3, 1e3, 1e3]")
     own = tomli_w.dumps(load_scene("soft", lists).document)
     (tmp_path / "own.toml").write_text(own, encoding="utf-8")
     (told,) = lists_replaced(read_plan(written(tmp_path, UNLIKE)))
     assert told.startswith("vary.finger.length gives all phalanges one value for the scene's")
-    whole = UNLIKE.replace("{ low = 0.02, high = 0.04 }", "{ values = [[0.03, 0.02, 0.03]] }")
+    whole = UNLIKE.replace("{ low = 0.02, high = 0.04 }", "{ values = [[0.06, 0.04, 0.06]] }")
     assert lists_replaced(read_plan(written(tmp_path, whole))) == []

@@ -54,6 +54,6 @@ _ADVICE = {
     Status.UNBALANCED: "the steps are too long for this motion: reduce"
     " solver.accuracy or, if that is not set, reduce solver.hcm.flight_tolerance and"
     " solver.hcm.contact_tolerance (0 keeps the steps fixed), or solver.hcm.flight_step and"
-    " solver.hcm.contact_step; where hardly anything but vibration moves, set"
-    " solver.hcm.spectral_radius to 1",
+    " solver.hcm.contact_step; where hardly anything but vibration moves, and"
+    " solver.hcm.flight_integrator is 'generalized-alpha', set solver.hcm.spectral_radius to 1",
 }

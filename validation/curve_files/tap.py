@@ -65,7 +65,14 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     idle = ~touches & (off > round_off)
     if idle.any():
         most = max(least, float(off[idle].max())) / body
-        notes.append(f"{idle.sum()} samples of up to {most:g} N count as no contact, without force")
+        notes.append(
+            f"{idle.sum()} samples of up to {most:.3g} N count as no contact, without force"
+        )
+    if hidden > 0.0:
+        notes.append(
+            f"threshold_N = {sidecar.threshold_N:g} hides how the tap begins: curves over time are"
+            " aligned where it is passed, and their differences include that delay"
+        )
     if tangential is None:
         stated_peak = "peak_tangential_force_N" in sidecar.scalars.model_fields_set
         but = "only its stated peak" if stated_peak else "it"
@@ -80,8 +87,8 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     if joined > 1:
         whole = float(time[tap][-1] - time[tap][0])
         notes.append(
-            "models part taps by a prediction: for the same touches set solver.hcm.tap_until and"
-            f" solver.fem.tap_until = {whole:.2g}"
+            "models part taps by a prediction: for the same touches, if they have as many, set"
+            f" solver.hcm.tap_until and solver.fem.tap_until = {whole:.2g}"
         )
     for name, line in lines.items():
         by_samples = AXES[name][0] in errors.keys() - sidecar.uncertainty.model_fields_set

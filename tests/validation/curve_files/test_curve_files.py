@@ -715,6 +715,7 @@ def test_refused_in_one_line(text: str, sidecar: str, words: str, read: Read) ->
             "half_model = true\n[scalars]\npeak_normal_force_N = 6.0",
             "scalars.peak_normal_force_N = 6 is used, but the curves give 12",
         ),
+        (GOOD, "threshold_N = 0.5", "threshold_N = 0.5 hides how the tap begins"),
     ],
 )
 def test_what_was_done_is_said(text: str, sidecar: str, words: str, read: Read) -> None:

@@ -58,7 +58,8 @@ _ADVICE = {
     ),
     Status.INVERTED_ELEMENT: (
         "an element turned inside out: refine the mesh where it is crushed (solver.fem.tip_size), "
-        "soften the contact, or use a stiffer material"
+        "soften the contact, or use a stiffer material; a soft finger that flew as rigid bodies "
+        "may arrive too fast: let it bend on its way (solver.fem.flight = 'coarse')"
     ),
     Status.PASSED_THROUGH: (
         "this model lets only the last phalanx touch: try another surface.height, mostly a larger "

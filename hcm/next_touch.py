@@ -69,56 +69,61 @@ def bent_touches(
 ) -> bool:
     """Whether the tip would touch within a time, s, if the last phalanx also bent.
 
-    To the rigid motion is added the lowest vibration of a beam with one hinged and one free end:
+    By `swings_down` with the lowest vibration of a beam with one hinged and one free end:
 
-        gap + v_y t + d (cos w t - 1) + d'/w sin w t = 0,  tan x = tanh x,
-        w^2 = (x/l)^4 E I/(rho A)/(1 + (x/l)^2 (1 + E/(kappa G)) I/A)
+        w^2 = (x/l)^4 E I/(rho A)/(1 + (x/l)^2 (1 + E/(kappa G)) I/A),  tan x = tanh x
 
-    d, d' : of `_vibration`. The last denominator is Timoshenko's first correction for rotary
-    inertia and shear (2.8 to 3.1 for E/(kappa G), nu from 0.3 to 0.5).
-
-    In the study that foretells 46 of the 48 touches that come within the time of `TapEndRule`, and
-    no other; their times may be double what this vibration gives, as hinges move.
+    l is the length of a beam of the phalanx's mass (a half-ball's, too); the denominator is
+    Timoshenko's first correction for rotary inertia and shear (2.8 to 3.1 for E/(kappa G), nu from
+    0.3 to 0.5). In the study that foretells 46 of the 48 touches within the time of `TapEndRule`,
+    and one that fails to come.
     """
     gap = max(float(q[chain.tip + 1]) + height, 0.0)
-    speed = _rigid_speed(phalanx_motion(q, v, chain), q, chain)
-    bent, rate = _vibration(q, v, chain)
-    wave = HINGED_FREE / float(chain.length[_last_phalanx(chain)].sum())
-    soft = 1.0 + wave**2 * (1.0 + SHEAR) * phalanx.second_moment / phalanx.area
-    frequency = wave**2 * math.sqrt(phalanx.bending_stiffness / phalanx.line_density / soft)
+    length = phalanx_motion(q, v, chain).mass / phalanx.line_density
+    soft = 1.0 + (HINGED_FREE / length) ** 2 * (1.0 + SHEAR) * phalanx.second_moment / phalanx.area
+    stiffness = phalanx.bending_stiffness / phalanx.line_density
+    frequency = (HINGED_FREE / length) ** 2 * math.sqrt(stiffness / soft)
+    return swings_down(gap, *_tip_motion(q, v, chain, length), frequency, within_s)
+
+
+def swings_down(
+    gap: float, speed: float, bent: float, rate: float, frequency: float, within_s: float
+) -> bool:
+    """Whether, for some t up to `within_s`,  gap + v_y t + d (cos w t - 1) + d'/w sin w t <= 0.
+
+    gap, m. speed : v_y, m/s. bent, rate : d, m, and d', m/s. frequency : w, rad/s.
+    """
     looks = 2 + math.ceil(LOOKS_A_RADIAN * within_s * frequency)
-    t = np.linspace(0.0, within_s, min(looks, MOST_LOOKS))
+    t = np.linspace(0.0, within_s, min(looks, MOST_LOOKS))[1:]
     swing = bent * (np.cos(frequency * t) - 1.0) + rate / frequency * np.sin(frequency * t)
-    return bool((gap + speed * t + swing <= 0.0)[1:].any())
+    return bool((gap + speed * t + swing <= 0.0).any())
 
 
-def _vibration(q: Floats, v: Floats, chain: Chain) -> tuple[float, float]:
-    """The tip's Y, m, and V_Y, m/s, by the lowest bending vibration of the last phalanx.
+def _tip_motion(q: Floats, v: Floats, chain: Chain, length: float) -> tuple[float, float, float]:
+    """v_y, m/s, of the tip as part of a rigid body, and its d, m, and d', m/s, by vibration.
 
-    Of Y = a + b s + c f, by least squares weighted with the mass, s = 0 to 1 from hinge to tip and
-    f = sin x s + sin x/sinh x sinh x s, what is not rigid: c f(1), less the shift and the turn that
-    fit it best.
+    Y = a + b s + c f and V_Y alike, by least squares weighted with the mass, l s the distance from
+    the hinge, f = sin x s + sin x/sinh x sinh x s; at the tip v_y = a' + b' s, d = c f.
+
+    length : l, m.
     """
     elements = _last_phalanx(chain)
-    lengths, x = chain.length[elements], HINGED_FREE
-    ends = np.append(0.0, lengths.cumsum() / lengths.sum())
+    ends, x = np.append(0.0, chain.length[elements].cumsum() / length), HINGED_FREE
     ratio = math.sin(x) / math.sinh(x)
     # values of 1, s and f at nodes, and their slopes, (3, 2, nodes)
     fields = np.zeros((3, 2, ends.size))
     fields[0, 0], fields[1, 0], fields[1, 1] = 1.0, ends, 1.0
     fields[2, 0] = np.sin(x * ends) + ratio * np.sinh(x * ends)
     fields[2, 1] = x * (np.cos(x * ends) + ratio * np.cosh(x * ends))
-    fields[:, 1] /= lengths.sum()
+    fields[:, 1] /= length
     products, moving = np.zeros((3, 3)), np.zeros((3, 2))
     for n, e in enumerate(elements):
         y = _places(chain, e)[1]
         nodes = fields[:, :, n : n + 2].transpose(0, 2, 1).reshape(3, 4)
         products += nodes @ chain.mass[e] @ nodes.T
         moving += nodes @ chain.mass[e] @ np.stack([q[y], v[y]], axis=1)
-    rigid = np.append(-np.linalg.solve(products[:2, :2], products[:2, 2]), 1.0)
-    share = rigid @ fields[:, 0, -1] / (rigid @ products[2])
-    bent, rate = (share * rigid @ moving).tolist()
-    return bent, rate
+    fit = np.linalg.solve(products, moving) * fields[:, 0, -1:]
+    return float(fit[:2, 1].sum()), float(fit[2, 0]), float(fit[2, 1])
 
 
 def _rigid_speed(body: PhalanxMotion, q: Floats, chain: Chain) -> float:

@@ -150,7 +150,7 @@ def _result(
             motion, of = begun.motion, (model.chain, height, scene.finger.phalanges[-1])
             cautions += ends_undecided(taps[0], over_s)
             cautions += bends_back(
-                model.tap_ends, taps, totals.time,
+                model.tap_ends, taps, over_s, totals.time,
                 lambda within_s: bent_touches(motion.q, motion.v, *of, within_s),
             )  # fmt: skip
         if taps and scene.assumptions.any:

@@ -149,26 +149,32 @@ def ends_undecided(tap: Tap, over_s: Iterable[float]) -> tuple[str, ...]:
 
 
 def bends_back(
-    rule: TapEndRule, taps: Sequence[Tap], now_s: float, bent_touches: Callable[[float], bool]
-) -> tuple[str, ...]:
+    rule: TapEndRule, taps: Sequence[Tap], over_s: Iterable[float], now_s: float,
+    bent_touches: Callable[[float], bool],
+) -> tuple[str, ...]:  # fmt: skip
     """Caution about a tip whose bending brings it back as soon as a touch of the same tap.
 
-    now_s : end of the run. bent_touches : whether it touches within a time from then, s.
+    over_s : times at which taps were found to be over, s. now_s : end of the run, s. bent_touches :
+    whether it touches within a time from then, s.
     """
     tap, until = taps[0], rule.first_check_s(taps[0]) + rule.retouch_window_s(taps[0])
-    if rule.until > 0.0 or tap[1] == math.inf:
+    if rule.until > 0.0 or not any(at >= tap[1] for at in over_s):
         return ()
     if len(taps) > 1:
-        soon, wait = taps[1][0] <= until, taps[1][0] - tap[1]
-        what = f"touches again {1e6 * wait:.2g} us after"
+        soon, what = (
+            taps[1][0] <= until,
+            f"touches again {1e3 * (taps[1][0] - tap[1]):.2g} ms after",
+        )
     else:
         soon = now_s < until and bent_touches(until - now_s)
-        what = f"may touch again within {1e6 * (until - tap[1]):.2g} us of"
+        what = f"bends, and may touch again within {1e3 * (until - tap[1]):.2g} ms of"
     if not soon:
         return ()
+    unit = 10.0 ** (math.floor(math.log10(until - tap[0])) - 1)
     return (
-        f"the last phalanx bends and {what} the tap, which is a tap of its own, as a rigid one"
-        f" would stay away; solver.hcm.tap_until = {until - tap[0]:.2g} adds it to this one",
+        f"the last phalanx {what} the tap; that counts as another tap, as a rigid one would stay"
+        f" away: solver.hcm.tap_until = {math.ceil((until - tap[0]) / unit) * unit:.2g} adds it to"
+        " the first",
     )
 
 

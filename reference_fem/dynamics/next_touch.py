@@ -41,15 +41,14 @@ def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
 def bent_touches(model: Model, displacement: Array, velocity: Array, within_s: float) -> bool:
     """Whether the last phalanx would reach the surface within a time, s, if it also bent.
 
-    To the rigid motion is added the lowest vibration of a rod with one hinged and one free end:
+    By `swings_down` with the lowest vibration of a rod with one hinged and one free end:
 
-        gap + v_y t + δ (cos ω t - 1) + δ'/ω sin ω t = 0,  tan β = tanh β,
-        ω² = (β/l)⁴ (c r)²/(1 + (β r/l)² (1 + E/(κ G))),  r = d/4,
+        ω² = (β/l)⁴ (c r)²/(1 + (β r/l)² (1 + E/(κ G))),  r = d/4,  tan β = tanh β,
 
-    δ, δ' of `_vibration`, l the rod's length up to the sphere's centre, c the speed of an
-    axial wave; the denominator is Timoshenko's first correction for rotary inertia and shear (2.8
-    to 3.1 for E/(κ G) of a round section, ν from 0.3 to 0.5). Bodies that are free, or not longer
-    than wide, are taken as rigid.
+    l the length of a rod of the phalanx's mass, its round end d/6 shorter; c the speed of an axial
+    wave; the denominator is Timoshenko's first correction for rotary inertia and shear (2.8 to 3.1
+    for E/(κ G) of a round section, ν from 0.3 to 0.5). Bodies that are free, or not longer than
+    wide, do not bend.
 
     displacement, velocity : (n_points, dim).
     """
@@ -59,36 +58,48 @@ def bent_touches(model: Model, displacement: Array, velocity: Array, within_s: f
         return False
     place = model.contact.touching_points(model.points.take(nodes, 0) + displacement.take(nodes, 0))
     gap = max(float(place[:, 1].min()) + model.surface.height, 0.0)
-    centre, mean, spin = _planar_motion(body, model.mass, model.points, displacement, velocity)
-    speed = mean + spin * float((model.points + displacement)[model.pole, 0] - centre)
-    bent, rate = _vibration(model, displacement, velocity)
-    radius, wave = 0.25 * diameter, HINGED_FREE / (length - 0.5 * diameter)
-    soft = 1.0 + (wave * radius) ** 2 * (1.0 + SHEAR)
-    frequency = wave**2 * radius * length / model.transit_s / math.sqrt(soft)
+    radius, rod = 0.25 * diameter, length - diameter / 6.0
+    soft = 1.0 + (HINGED_FREE / rod * radius) ** 2 * (1.0 + SHEAR)
+    wave = length / model.transit_s
+    frequency = (HINGED_FREE / rod) ** 2 * radius * wave / math.sqrt(soft)
+    return swings_down(gap, *_pole_motion(model, displacement, velocity, rod), frequency, within_s)
+
+
+def swings_down(
+    gap: float, speed: float, bent: float, rate: float, frequency: float, within_s: float
+) -> bool:
+    """Whether, for some t up to `within_s`,  gap + v_y t + δ (cos ω t - 1) + δ'/ω sin ω t <= 0.
+
+    gap, m. speed : v_y, m/s. bent, rate : δ, m, and δ', m/s. frequency : ω, rad/s.
+    """
     looks = 2 + math.ceil(LOOKS_A_RADIAN * within_s * frequency)
-    t = np.linspace(0.0, within_s, min(looks, MOST_LOOKS))
+    t = np.linspace(0.0, within_s, min(looks, MOST_LOOKS))[1:]
     swing = bent * (np.cos(frequency * t) - 1.0) + rate / frequency * np.sin(frequency * t)
-    return bool((gap + speed * t + swing <= 0.0)[1:].any())
+    return bool((gap + speed * t + swing <= 0.0).any())
 
 
-def _vibration(model: Model, displacement: Array, velocity: Array) -> tuple[float, float]:
-    """The pole's y, m, and its rate, m/s, by the last phalanx's lowest bending vibration.
+def _pole_motion(
+    model: Model, displacement: Array, velocity: Array, rod: float
+) -> tuple[float, float, float]:
+    """v_y, m/s, of the pole as part of a rigid body, and its δ, m, and δ', m/s, by vibration.
 
-    Of y = a + b s + c f, by least squares weighted with the mass, s = 0 to 1 from hinge to pole and
-    f = sin β s + sin β/sinh β sinh β s, what is not rigid: c f(1), less the shift and the turn that
-    fit it best.
+    y = a + b s + c f and its velocity alike, by least squares weighted with the mass, l s the
+    distance from the hinge, f = sin β s + sin β/sinh β sinh β s; at the pole v_y = a' + b' s,
+    δ = c f.
+
+    rod : l, m.
     """
     body = model.body_of_point == model.touching_body
     rest = model.points[body]
     along = rest[:, 0].max() - np.append(rest[:, 0], model.points[model.pole, 0])
-    along /= np.ptp(rest[:, 0])
+    along /= rod
     ratio = math.sin(HINGED_FREE) / math.sinh(HINGED_FREE)
     mode = np.sin(HINGED_FREE * along) + ratio * np.sinh(HINGED_FREE * along)
-    rigid, mass = np.stack([np.ones_like(along), along]), model.mass[body]
-    weighted = rigid[:, :-1] * mass
-    mode -= np.linalg.solve(weighted @ rigid[:, :-1].T, weighted @ mode[:-1]) @ rigid
-    share = mass * mode[:-1] * mode[-1] / (mass @ mode[:-1] ** 2)
-    return float(share @ (rest[:, 1] + displacement[body, 1])), float(share @ velocity[body, 1])
+    fields = np.stack([np.ones_like(along), along, mode])
+    weighted = fields[:, :-1] * model.mass[body]
+    moving = np.stack([rest[:, 1] + displacement[body, 1], velocity[body, 1]], axis=1)
+    fit = np.linalg.solve(weighted @ fields[:, :-1].T, weighted @ moving) * fields[:, -1:]
+    return float(fit[:2, 1].sum()), float(fit[2, 0]), float(fit[2, 1])
 
 
 @njit(cache=True)

@@ -1,5 +1,7 @@
 """When a tap begins, and when it is over."""
 
+import math
+
 import numpy as np
 
 from reference_fem.arrays import Array
@@ -77,16 +79,18 @@ def bends_back(
     pressed = forces.time_s[forces.normal_force_N > 0.0]
     again = pressed[pressed - last > LEAST_WAIT * model.step_s]
     if again.size:
-        soon, what = again[0] <= until, f"touches again {1e6 * (again[0] - last):.2g} us after"
+        soon, what = again[0] <= until, f"touches again {1e3 * (again[0] - last):.2g} ms after"
     else:
         within, u, v = until - state.time_s, state.displacement, state.velocity
         soon = within > 0.0 and bent_touches(model, u, v, within)
-        what = f"may touch again within {1e6 * (until - last):.2g} us of"
+        what = f"bends, and may touch again within {1e3 * (until - last):.2g} ms of"
     if not soon:
         return ()
+    unit = 10.0 ** (math.floor(math.log10(until - first)) - 1)
     return (
-        f"the last phalanx bends and {what} the tap, which is a tap of its own, as a rigid one"
-        f" would stay away; solver.fem.tap_until = {until - first:.2g} adds it to this one",
+        f"the last phalanx {what} the tap; that counts as another tap, as a rigid one would stay"
+        f" away: solver.fem.tap_until = {math.ceil((until - first) / unit) * unit:.2g} adds it to"
+        " the first",
     )
 
 

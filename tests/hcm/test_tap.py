@@ -4,12 +4,14 @@ import math
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
+from scipy.linalg import eigh
 
 import hcm
-from hcm.beam.chain import build_chain
+from hcm.arrays import Floats
+from hcm.beam.chain import Chain, build_chain
+from hcm.beam.refinement import beams_of, refine_chain
 from hcm.model import RigidStart, rigid_motion
-from hcm.next_touch import bent_touches, next_touch_s
+from hcm.next_touch import bent_touches, next_touch_s, swings_down
 from hcm.result import Event
 from hcm.tap import TapEndRule, taps_of
 
@@ -60,32 +62,72 @@ def test_a_rigid_phalanx_touches_when_its_tip_falls_to_the_surface(
             assert bent_touches(q, v, chain, height, finger.phalanges[-1], within) == touches
 
 
-def test_a_bent_phalanx_touches_as_its_lowest_vibration_brings_it_back() -> None:
-    """Against the textbook's frequency of a hinged beam, 15.418 sqrt(E I/(rho A))/L^2."""
-    length, speed, amplitude = 0.4, 5e-3, -1e-3
-    phalanx = hcm.Phalanx(length, 0.004, 1e9, 1400.0, 20)
-    finger = hcm.Finger((phalanx,))
-    chain, _ = build_chain(finger, hcm.Drive())
-    s, x = np.linspace(0.0, 1.0, 2001), 3.926602
-    mode = np.sin(x * s) + math.sin(x) / math.sinh(x) * np.sinh(x * s)
-    tip = amplitude * (mode - np.polynomial.Polynomial.fit(s, mode, 1)(s))[-1]
-    q, v = rigid_motion(finger, chain, RigidStart((0.0,), (-speed / length,), 0.0))
-    nodes = 2 + 4 * np.arange(21)
-    q[nodes + 1] += amplitude * np.interp(np.linspace(0.0, 1.0, 21), s, mode)
-    slope = np.gradient(mode, length * s)[::100]
-    q[nodes + 3] += amplitude * slope
-    frequency = 15.418 * math.sqrt(phalanx.bending_stiffness / phalanx.line_density) / length**2
-    above = 1e-5
-    height = above - float(q[chain.tip + 1])
+@pytest.mark.parametrize("slender", [True, False], ids=["slender", "thick"])
+@pytest.mark.parametrize("rate", [-0.3, 0.0, 0.3])
+def test_a_bent_phalanx_touches_as_its_lowest_vibration_brings_it_back(
+    slender: bool, rate: float
+) -> None:
+    """Against its own beam's first mode with the refined assumptions, and that mode's frequency:
+    with the half-ball it is 12 % lower than without.
+    """
+    phalanx = hcm.Phalanx(0.2 if slender else 0.06, 0.015, 1e9, 1400.0, 20, poisson_ratio=0.4)
+    finger, refined = hcm.Finger((phalanx,)), hcm.Assumptions("refined")
+    beams = beams_of(finger, refined)
+    chain = refine_chain(build_chain(beams, hcm.Drive())[0], finger, hcm.Drive(), refined)
+    frequency, shape = lowest_mode(chain, phalanx)
+    tip, speed = 1e-4, 0.1 * frequency * 1e-4
+    q, v = rigid_motion(beams, chain, RigidStart((0.0,), (-speed / phalanx.length,), 0.0))
+    speed = float(v[chain.tip + 1])
+    q, v = q + tip * shape, v + rate * tip * frequency * shape
+    above = 0.5 * tip
 
     def gap(t: float) -> float:
-        return above + speed * t + tip * (math.cos(frequency * t) - 1.0)
+        swing = math.cos(frequency * t) - 1.0, rate * math.sin(frequency * t)
+        return above + speed * t + tip * sum(swing)
 
-    expected = brentq(gap, 1e-4, math.pi / frequency)
-    # Timoshenko's correction is (3.93 r/l)^2 2 = 2e-4, r = d/4
-    for within, touches in ((0.999 * expected, False), (1.001 * expected, True)):
+    times = np.linspace(0.0, 2 * math.pi / frequency, 10_001)
+    expected = float(times[np.flatnonzero([gap(t) <= 0.0 for t in times])[0]])
+    height = above - float(q[chain.tip + 1])
+    # the frequency is known to 0.2 %, but with the half-ball the mode's shape is another
+    for within, touches in ((0.85 * expected, False), (1.15 * expected, True)):
         assert bent_touches(q, v, chain, height, phalanx, within) == touches
-    assert next_touch_s(q, v, chain, height) == math.inf
+    assert next_touch_s(q, v, chain, height) == math.inf or rate < 0.0
+
+
+def lowest_mode(chain: Chain, phalanx: hcm.Phalanx) -> tuple[float, Floats]:
+    """Frequency, rad/s, and Y of the first bending mode of a hinged phalanx, 1 at its tip."""
+    size = 2 * (phalanx.elements + 1)
+    mass, bending = np.zeros((2, size, size))
+    for e in range(phalanx.elements):
+        at = slice(2 * e, 2 * e + 4)
+        mass[at, at] += chain.mass[e]
+        bending[at, at] += chain.bending[e]
+    free = [n for n in range(size) if n != 0]
+    squares, modes = eigh(bending[np.ix_(free, free)], mass[np.ix_(free, free)])
+    found = np.zeros(chain.scale.size)
+    mode = np.insert(modes[:, 1], 0, 0.0) / modes[-2, 1]  # the first turns it as a rigid body
+    for e in range(phalanx.elements):
+        first = int(chain.first[e])
+        found[[first + 1, first + 3, first + 5, first + 7]] = mode[2 * e : 2 * e + 4]
+    return math.sqrt(squares[1]), found
+
+
+@pytest.mark.parametrize("rate", [-1.0, 1.0])
+def test_a_swing_that_goes_up_first_comes_down_later(rate: float) -> None:
+    """1e-3 + t/10 +- sin t: just after 0, or after half a turn."""
+    for within, touches in ((0.1, rate < 0.0), (3.4, rate < 0.0), (3.7, True)):
+        assert swings_down(1e-3, 0.1, 0.0, rate, 1.0, within) == touches
+
+
+def test_a_stubby_phalanx_is_not_told_to_bend() -> None:
+    stub = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, 5, poisson_ratio=0.2)
+    run = hcm.simulate(
+        hcm.Finger((stub,) * 3), hcm.Surface(0.1, 0.5), hcm.Tip(1e6),
+        settings=hcm.Settings(estimate=False, flight="rigid"),
+        assumptions=hcm.Assumptions("refined"),
+    )  # fmt: skip
+    assert run.status is hcm.Status.COMPLETED
+    assert not any("another tap" in caution for caution in run.cautions)
 
 
 def bouncing(end_time: float | None = None, **switches: bool) -> hcm.TapResult:
@@ -142,7 +184,7 @@ def test_a_tap_until_a_given_time_has_the_touches_that_begin_until_then() -> Non
     np.testing.assert_array_equal(own.history.normal_force_N[:kept], force)
     assert own.summary.normal_impulse_N_s < 0.5 * three.summary.normal_impulse_N_s
     told = [caution for caution in own.cautions if "may touch again" in caution]
-    assert touched[1] - left[0] < 1e-6 * float(told[0].split("within ")[1].split()[0])
+    assert touched[1] - left[0] < 1e-3 * float(told[0].split("within ")[1].split()[0])
     assert touched[1] - touched[0] < float(told[0].split("tap_until = ")[1].split()[0])
     assert not any("touch" in c and "again" in c for c in two.cautions + three.cautions)
 
@@ -153,6 +195,7 @@ def test_an_end_time_between_two_touches_of_a_tap_is_said() -> None:
     cut = bouncing(end_time=0.5 * (left + again))
     assert cut.summary.contact_duration_s == pytest.approx(left - whole.taps[0][0])
     assert any("end_time" in caution for caution in cut.cautions)
+    assert not any("another tap" in caution for caution in cut.cautions)  # it is the same
     assert not any("end_time" in caution for caution in whole.cautions)
 
 

@@ -49,7 +49,7 @@ class Verdict:
         size, u, most = abs(self.difference), self.uncertainty, self.tolerance
         if most is None:
             return None
-        if u is None or most < u >= size - most:
+        if u is None or (u > most and size <= most + u):
             return "cannot tell"
         return "inside" if size <= most else "outside"
 

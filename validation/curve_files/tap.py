@@ -19,8 +19,8 @@ from validation.harness.record import Floats
 from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
-# A first touch of few samples is scatter beside a later one of this many times its force or, by
-# the second, of this many times its samples; a threshold that is a large share hides a tap.
+# A first touch of few samples is scatter beside a later one of this many times its force or, if
+# that is larger, of this many times its samples; a threshold of a larger share hides a tap.
 SCATTER_RATIO, SCATTER_LENGTH, SCATTER_SHARE = 3.0, 5, 0.5
 FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
 LONE = 0.05  # of the peak, by which one sample above its neighbours is worth a line
@@ -218,16 +218,19 @@ def _first_tap(
             "nothing touches"
         )
     tap = slice(first - 1, last + 1)
-    highest, largest = normal[tap].max(), normal.max()
-    begins, ends = np.flatnonzero(np.diff(touches, append=False)).reshape(-1, 2).T
-    longest = (ends - begins).max()
-    count_of, few = last - first, SCATTER_SAMPLES
-    short = count_of <= few + 1 and longest >= SCATTER_LENGTH * count_of
-    if short or (count_of <= few and largest > SCATTER_RATIO * highest):
+    highest, own, few = normal[tap].max(), last - first, SCATTER_SAMPLES
+    edges = np.flatnonzero(np.diff(touches, append=False)).reshape(-1, 2)
+    later = [slice(begin + 1, end + 1) for begin, end in edges if begin >= last]
+    largest = max((normal[touch].max() for touch in later), default=0.0)
+    longer = any(
+        touch.stop - touch.start >= SCATTER_LENGTH * own and normal[touch].max() > highest
+        for touch in later
+    )
+    if (own <= few + 1 and longer) or (own <= few and largest > SCATTER_RATIO * highest):
         state = f"state in {beside} threshold_N = {1.5 * highest / body:.2g}, else "
         remedy = state if 1.5 * highest < SCATTER_SHARE * largest else ""
         raise UserError(
-            f"{origin}, line {samples.lines[first]}: touches for {count_of} samples, with "
+            f"{origin}, line {samples.lines[first]}: touches for {own} samples, with "
             f"{highest:.4g} N, before a tap of {largest:.4g} N; if that is scatter, {remedy}remove"
             " it; if the tip touches so briefly, sample faster"
         )

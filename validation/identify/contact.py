@@ -130,13 +130,15 @@ def identify_contact(
 
     tables = scene.tables
     upright = 0.5 * np.pi
-    angle = float(np.clip(own_touch_angle(scene), -upright, upright))
+    tap = _reduced_tap(scene, tables.tip.normal_stiffness)
+    angle = float(np.clip(touch_angle_of(tap), -upright, upright))
     # the refined tip touches with its lowest point, before the end of its axis arrives
     touch = solid_mesh.predicted_touch(tables, 3)
     round_angle = angle if touch is None else float(np.clip(touch.angle, -upright, upright))
     material = solid_inputs.solid_parts(tables).materials[-1]
     radius, below = tables.tip_radius, upright - abs(angle)
-    guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force))
+    peak = float(tap.summary.peak_normal_force_N)
+    guess = stated_force(scene, lambda force: hertz_stiffness(material, radius, force), peak)
     contact_radius = hertz_contact_radius(material, radius, guess)
     levels: list[Level] = []
     try:
@@ -265,15 +267,13 @@ def yields(
     }
 
 
-def stated_force(
-    scene: NamedScene, stiffness: Callable[[float], float], guess: float | None = None
-) -> float:
+def stated_force(scene: NamedScene, stiffness: Callable[[float], float], guess: float) -> float:
     """F with F = the reduced model's peak force with k(F), by fixed-point iteration, N.
 
     Raises RunFailedError: the forces still differ by more than 1e-4 after `ROUNDS` (two peaks of
     like height, of which now one is the higher and now the other).
     """
-    force = guess or reduced_peak(scene, scene.tables.tip.normal_stiffness)
+    force = guess
     for _ in range(ROUNDS):
         following = reduced_peak(scene, stiffness(force))
         if abs(following - force) < 1e-4 * force:
@@ -290,14 +290,13 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
     return float(_reduced_tap(scene, stiffness).summary.peak_normal_force_N)
 
 
-def own_touch_angle(scene: NamedScene) -> float:
-    """Angle, from its axis, at which the reduced model's last phalanx touches, rad."""
+def touch_angle_of(tap: Any) -> float:
+    """Angle, from its axis, at which the last phalanx of a reduced model's tap touches, rad."""
     from reference_fem.touch import touch_angle
 
-    tap = _reduced_tap(scene, scene.tables.tip.normal_stiffness)
     touch = next(
-        p
-        for event, p in zip(tap.events, tap.event_postures, strict=True)
+        posture
+        for event, posture in zip(tap.events, tap.event_postures, strict=True)
         if event.kind == "contact"
     )
     x, y = touch.slopes[-1][-1]

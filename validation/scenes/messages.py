@@ -36,9 +36,9 @@ def known_keys(table: type[BaseModel] = Scene, prefix: str = "") -> dict[str, Fi
 def nearest_key(key: str, of: type[BaseModel] = Scene) -> str:
     """The remedy for an unknown key: the nearest known key, or the list of those in its table."""
     keys = list(known_keys(of))
-    whole = re.sub(r"\[\d+\]$|\.\d+$", "", key)
+    whole = re.sub(r"(\[-?\d+\]|\.\d+)+$", "", key)
     if whole != key and whole in keys:
-        return f"a list is given whole, as {whole}"
+        return f"{whole} has no parts: a list is given whole"
     table, _, last = key.rpartition(".")
     siblings = [known for known in keys if known.rpartition(".")[0] == table]
     same = [known for known in keys if known.rpartition(".")[2] == last]

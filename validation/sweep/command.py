@@ -57,7 +57,7 @@ def run_sweep(
         raise UserError(f"--workers {workers}: {why}")
     chosen = read_plan(plan)
     points = points_of(chosen)
-    for line in lists_replaced(chosen):
+    for line in lists_replaced(chosen, points.columns):
         say(f"caution: {line}")
     with exclusive_folder(out / "sweep" / safe_name(chosen.name)) as folder:
         whole, retried = solve_plan(chosen, points, folder, (workers, dask))

@@ -130,8 +130,9 @@ def _lost(address: str) -> RunFailedError:
 
 
 def _count_of(client: Any, address: str) -> Callable[[], int]:
-    """A function that returns the number of workers, or the last known one without an answer, and
-    says so when the last one is gone.
+    """A function that returns the number of workers, or the last known one without an answer.
+
+    It says once when the last worker is gone.
     """
     count, asked = len(client.nthreads()), time.monotonic()
 

@@ -4,7 +4,7 @@ The keys of the tables are explained at their fields; `read_plan` refuses plans 
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -132,18 +132,21 @@ def read_plan(path: Path) -> Plan:
     )
 
 
-def lists_replaced(plan: Plan) -> list[str]:
-    """A line for each varied key that gives all phalanges the same where the scene does not."""
+def lists_replaced(plan: Plan, columns: Mapping[str, Sequence[Any]]) -> list[str]:
+    """A line for each varied key that gives all phalanges the same where the scene does not.
+
+    columns : the points' values by key.
+    """
     found = []
-    for key, axis in plan.vary.items():
+    for key, values in columns.items():
         value: Any = plan.document
         for part in key.split("."):
             value = value.get(part) if isinstance(value, dict) else None
-        alike = not any(isinstance(one, list) for one in axis.values or [])
+        alike = any(isinstance(one, int | float) for one in values)
         if isinstance(value, list) and alike and len({*map(str, value)}) > 1:
             found.append(
-                f"vary.{key} gives all phalanges one value for the scene's {show(value)}; lists are"
-                " given whole: values = [[...], [...]], or a file of points"
+                f"{key} varies as one value of all phalanges, for the scene's {show(value)}; lists"
+                " are given whole: values = [[...], [...]], or a file of points with lists"
             )
     return found
 

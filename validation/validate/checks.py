@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from validation.compare.differences import Difference
-from validation.harness.files import write_json, write_text
+from validation.harness.files import json_text, write_json, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPARED
 from validation.harness.uncertainty import two_digits
-from validation.validate.headline import cautions, differences
+from validation.validate.headline import differences
 from validation.validate.plan import Runs
 
-VERDICTS = "validate.json"
 NO_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")  # allowed in names, not in XML
 JSON_KEYS = {  # of `Difference.numbers`, where JSON has another name
     "reduced": "value",
@@ -40,24 +39,26 @@ def check_text(row: Difference) -> str:
     return f"{difference}, tolerance {row.tolerance:g} %: {outcome(row)}"
 
 
-def write_checks(folder: Path, runs: Runs, failures: Sequence[str]) -> list[Difference]:
+def write_checks(
+    folder: Path, runs: Runs, notes: Sequence[str], failures: Sequence[str]
+) -> tuple[list[Difference], str]:
     """Write ``validate.json`` (all verdicts) and ``junit.xml`` (a test for each tolerance).
 
-    Returns the differences for which a tolerance was given.
+    Returns the differences for which a tolerance was given, and the JSON.
 
-    failures : one line for each run that failed.
+    notes : cautions. failures : one line for each run that failed.
     """
     rows = differences(runs, COMPARED)
     checks = [row for row in rows if row.tolerance is not None]
     content = {
-        "cautions": cautions(runs),
+        "cautions": list(notes),
         "verdicts": [_verdict(row) for row in rows],
         "failures": list(failures),
         "provenance": provenance({}),
     }
-    write_json(folder / VERDICTS, content)
+    write_json(folder / "validate.json", content)
     write_text(folder / "junit.xml", _junit(checks, failures))
-    return checks
+    return checks, json_text(content)
 
 
 def _verdict(row: Difference) -> dict[str, Any]:

@@ -11,7 +11,7 @@ from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.render.interactive import check_interactive
 from validation.runs.execute import compile_in_fresh_process, in_fresh_process, stored
-from validation.validate.checks import VERDICTS, check_text, outcome, write_checks
+from validation.validate.checks import check_text, outcome, write_checks
 from validation.validate.ladder.ladder import Ladder, compute_ladder
 from validation.validate.page import report
 from validation.validate.plan import PAPER, PAPER_REDUCED, REFINED, Plan, Runs, validation_jobs
@@ -93,12 +93,13 @@ def run_validation(
         context = report(folder, runs, rungs, interactive)
         failures = [f"{run.scene} {run.label}: {run.message}" for run in runs.failures()]
         failures += rungs.failures
-        checks = write_checks(folder, runs, failures)
+        notes = (*plan.notes, *context["unit_notes"], *context["cautions"])
+        checks, verdicts = write_checks(folder, runs, notes, failures)
     page = folder / "index.html"
     said = (*context["sentences"], *context["reasons"], *context["ladder_sentences"])
     said = (*said, f"page: {page}", *(f"renders: {text}" for text in context["render_problems"]))
-    output((folder / VERDICTS).read_text().rstrip() if as_json else "\n".join(said))
-    for note in (*plan.notes, *context["unit_notes"], *context["cautions"]):
+    output(verdicts if as_json else "\n".join(said))
+    for note in notes:
         say(f"caution: {note}")
     if failures:
         names = "; ".join(failures)

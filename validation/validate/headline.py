@@ -69,7 +69,7 @@ def unit_notes(runs: Runs) -> list[str]:
         if measured and turned(row.reduced, row.reference):
             notes.append(
                 f"{what} and {reference.label} has {row.reference:.4g}: are both along +X? If not,"
-                f' state tangential = "-x" in the TOML file beside {reference.label}'
+                f" turn the sign of tangential in the TOML file beside {reference.label}"
             )
     return notes
 

@@ -42,6 +42,14 @@ DAT = " statistics for slave set A, master set B and time 1\n\n total surface fo
 Read = Callable[..., Reference]
 
 
+def test_a_short_tap_before_a_faint_touch_is_a_tap(read: Read) -> None:
+    """Of 6 N, and then twenty samples of 0.3 N: it was to be removed."""
+    force = [0.0, 4.0, 6.0, 4.0, *[0.0] * 50, *[0.3] * 20, 0.0, 0.0]
+    rows = [f"{1e-5 * n},{f},0" for n, f in enumerate(force)]
+    given = read("\n".join([HEAD, *rows, ""]))
+    assert given.record.value("peak_normal_force_N") == 6.0
+
+
 def glitch(samples: int, newtons: float) -> str:
     """A tap of twenty samples up to 2.8 N, and before it some that are equal."""
     tap = 2.8 * np.sin(np.linspace(0.0, np.pi, 22))

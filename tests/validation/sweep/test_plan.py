@@ -90,7 +90,7 @@ TORQUES = '"drive.torques" = { values = [[0]] }\n'
         ),
         (
             PLAN.replace("surface.friction", "finger.length[2]"),
-            "unknown key of a scene; a list is given whole, as finger.length",
+            "unknown key of a scene; finger.length has no parts: a list is given whole",
         ),
         (PLAN.replace("surface.friction", "surface.fricton"), "did you mean surface.friction?"),
         (HEAD + VARY + "0.5", "vary.surface.friction"),
@@ -316,7 +316,12 @@ def test_a_list_that_a_number_replaces_is_told(tmp_path: Path) -> None:
     lists = ("finger.length=[0.06, 0.04, 0.04]", "material.density=[1e3, 1e3, 1e3]")
     own = tomli_w.dumps(load_scene("soft", lists).document)
     (tmp_path / "own.toml").write_text(own, encoding="utf-8")
-    (told,) = lists_replaced(read_plan(written(tmp_path, UNLIKE)))
-    assert told.startswith("vary.finger.length gives all phalanges one value for the scene's")
+
+    def replaced(text: str) -> list[str]:
+        plan = read_plan(written(tmp_path, text))
+        return lists_replaced(plan, points_of(plan).columns)
+
+    (told,) = replaced(UNLIKE)
+    assert told.startswith("finger.length varies as one value of all phalanges, for the scene's")
     whole = UNLIKE.replace("{ low = 0.02, high = 0.04 }", "{ values = [[0.06, 0.04, 0.06]] }")
-    assert lists_replaced(read_plan(written(tmp_path, whole))) == []
+    assert replaced(whole) == []

@@ -226,19 +226,22 @@ def test_checks_end_with_their_own_code_in_json_and_junit(
         "cautions",
     )
     page: dict[str, list[str]] = {part: [] for part in parts}
+    page |= {"unit_notes": ["in mN?"], "cautions": ["soft, hcm: it is wet"]}
     monkeypatch.setattr(validate_command, "report", lambda *a: page)
     wanted = ("validate", "soft", "--models", "hcm", "--out", tmp_path, "--tolerance")
     assert fingertap(*wanted, "peak=5,impulse=5").code == 0
     ended = fingertap(*wanted, "peak=2,impulse=5,stress=1")
     assert ended.code == 3
-    assert "2 of 3 checks" in ended.line
-    assert "soft, hcm: peak Fn -3.23 % (known to 0.91 %), tolerance 2 %: outside" in ended.line
+    *cautions, last = ended.err.splitlines()
+    assert cautions == ["fingertap: caution: in mN?", "fingertap: caution: soft, hcm: it is wet"]
+    assert "2 of 3 checks" in last
+    assert "soft, hcm: peak Fn -3.23 % (known to 0.91 %), tolerance 2 %: outside" in last
     suite = ET.parse(tmp_path / "validate" / "junit.xml").getroot()
     assert (suite.get("tests"), suite.get("failures"), suite.get("errors")) == ("3", "2", "0")
     printed = fingertap(*wanted, "peak=2,impulse=5,stress=1", "--json")
     written = json.loads((tmp_path / "validate" / "validate.json").read_text())
     assert (json.loads(printed.out), printed.code) == (written, 3)
-    assert written["cautions"] == ["soft, hcm: it is wet"]
+    assert written["cautions"] == ["in mN?", "soft, hcm: it is wet"]
     verdicts = written["verdicts"]
     found = {row["quantity"]: row["check"] for row in verdicts if row["tolerance_percent"]}
     assert found["peak_normal_force_N"] == "outside"
@@ -266,7 +269,7 @@ def test_a_tangential_force_along_the_other_axis_is_told(
     plan = Plan({"soft": "soft"}, ("hcm",), "lab.csv", {"soft": Reference(data, ())})
     notes = [text for text in unit_notes(Runs((mine, data), plan)) if "tangential" in text]
     assert len(notes) == told
-    assert all('tangential = "-x" in the TOML file beside lab.csv' in note for note in notes)
+    assert all("turn the sign of tangential in the TOML" in note for note in notes)
 
 
 @pytest.mark.parametrize(

@@ -360,7 +360,7 @@ def test_a_scene_that_fails_is_named_and_the_others_go_on(
 
     monkeypatch.setattr(rungs, "structure_rung", fail)
     ladder = compute_ladder(("soft", "hard"), False, Path("nowhere"))
-    told = "{0}: no ladder, whose models start from the impact of thin rods: {0} broke"
+    told = "{0}: the ladder, whose models start from the impact of thin rods, ends early: {0} broke"
     assert ladder.failures == [told.format("soft"), told.format("hard")]
     assert ladder.rows == []
 

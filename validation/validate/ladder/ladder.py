@@ -107,7 +107,7 @@ def compute_ladder(
             if full and source == EXPLICIT_FLIGHT:
                 ladder.checks.append(explicit_flight(source, runs))
         except (UserError, RunFailedError) as error:
-            what = "no ladder, whose models start from the impact of thin rods"
+            what = "the ladder, whose models start from the impact of thin rods, ends early"
             ladder.failures.append(f"{scene_name(source)}: {what}: {error}")
     return ladder
 

@@ -1,7 +1,6 @@
 """When a tip that has left its surface would touch again: as a rigid body, and as it vibrates."""
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -11,29 +10,19 @@ from hcm.parameters import Phalanx
 
 # tan x = tanh x: the lowest bending vibration of a beam with one hinged and one free end
 HINGED_FREE = 3.926602
-SHEAR = 3.0
+SHEAR = 3.0  # E/(kappa G)
 LOOKS_A_RADIAN, MOST_LOOKS = 16, 100_000
 
 
-class PhalanxMotion(NamedTuple):
-    """The last phalanx as a rigid body.
-
-    mass : m, kg. centre : x_c, (2,) m. velocity : v_c, (2,) m/s. rate : w = L/I, rad/s.
-    """
-
-    mass: float
-    centre: tuple[float, float]
-    velocity: tuple[float, float]
-    rate: float
-
-
-def phalanx_motion(q: Floats, v: Floats, chain: Chain) -> PhalanxMotion:
-    """Motion of the last phalanx's mean.
+def next_touch_s(q: Floats, v: Floats, chain: Chain, height: float) -> float:
+    """Time, s, until the tip would touch if the last phalanx moved as a rigid body; inf: never.
 
     With M its elements' masses, X, Y their coordinates (q of one axis) and e those of a shift,
 
         m = e M e,  v_c = e M V/m,  L = X M V_Y - Y M V_X,  I = X M X + Y M Y,  both less the
-        centre's share.
+        centre's share, gap/-v_y,  v_y = v_cy + L/I (x - x_c) < 0.
+
+    height : of the surface below the hinge, less a round tip's radius, m.
     """
     mass = turn = inertia = 0.0
     shift, momentum = [0.0, 0.0], [0.0, 0.0]
@@ -48,18 +37,7 @@ def phalanx_motion(q: Floats, v: Floats, chain: Chain) -> PhalanxMotion:
             momentum[axis] += float(along @ v[places])
     turn -= (shift[0] * momentum[1] - shift[1] * momentum[0]) / mass
     inertia -= (shift[0] ** 2 + shift[1] ** 2) / mass
-    centre, velocity = (shift[0] / mass, shift[1] / mass), (momentum[0] / mass, momentum[1] / mass)
-    return PhalanxMotion(mass, centre, velocity, turn / inertia)
-
-
-def next_touch_s(q: Floats, v: Floats, chain: Chain, height: float) -> float:
-    """Time, s, until the tip would touch if the last phalanx moved as a rigid body; inf: never.
-
-        gap/-v_y,  v_y = v_cy + w (x - x_c) < 0
-
-    height : of the surface below the hinge, less a round tip's radius, m.
-    """
-    speed = _rigid_speed(phalanx_motion(q, v, chain), q, chain)
+    speed = momentum[1] / mass + turn / inertia * (float(q[chain.tip]) - shift[0] / mass)
     gap = max(float(q[chain.tip + 1]) + height, 0.0)
     return gap / -speed if speed < 0.0 else math.inf
 
@@ -79,10 +57,11 @@ def bent_touches(
     and one that fails to come.
     """
     gap = max(float(q[chain.tip + 1]) + height, 0.0)
-    length = phalanx_motion(q, v, chain).mass / phalanx.line_density
-    soft = 1.0 + (HINGED_FREE / length) ** 2 * (1.0 + SHEAR) * phalanx.second_moment / phalanx.area
-    stiffness = phalanx.bending_stiffness / phalanx.line_density
-    frequency = (HINGED_FREE / length) ** 2 * math.sqrt(stiffness / soft)
+    mass = float(chain.mass[_last_phalanx(chain)][:, ::2, ::2].sum())
+    length = mass / phalanx.line_density
+    square = (HINGED_FREE / length) ** 2
+    soft = 1.0 + square * (1.0 + SHEAR) * phalanx.second_moment / phalanx.area
+    frequency = square * math.sqrt(phalanx.bending_stiffness / phalanx.line_density / soft)
     return swings_down(gap, *_tip_motion(q, v, chain, length), frequency, within_s)
 
 
@@ -124,11 +103,6 @@ def _tip_motion(q: Floats, v: Floats, chain: Chain, length: float) -> tuple[floa
         moving += nodes @ chain.mass[e] @ np.stack([q[y], v[y]], axis=1)
     fit = np.linalg.solve(products, moving) * fields[:, 0, -1:]
     return float(fit[:2, 1].sum()), float(fit[2, 0]), float(fit[2, 1])
-
-
-def _rigid_speed(body: PhalanxMotion, q: Floats, chain: Chain) -> float:
-    """v_y of the tip as part of the rigid body, m/s."""
-    return body.velocity[1] + body.rate * (float(q[chain.tip]) - body.centre[0])
 
 
 def _last_phalanx(chain: Chain) -> list[int]:

@@ -161,10 +161,8 @@ def bends_back(
     if rule.until > 0.0 or not any(at >= tap[1] for at in over_s):
         return ()
     if len(taps) > 1:
-        soon, what = (
-            taps[1][0] <= until,
-            f"touches again {1e3 * (taps[1][0] - tap[1]):.2g} ms after",
-        )
+        soon, wait = taps[1][0] <= until, taps[1][0] - tap[1]
+        what = f"touches again {1e3 * wait:.2g} ms after"
     else:
         soon = now_s < until and bent_touches(until - now_s)
         what = f"bends, and may touch again within {1e3 * (until - tap[1]):.2g} ms of"

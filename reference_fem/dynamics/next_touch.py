@@ -12,7 +12,7 @@ from reference_fem.model import Model
 NEVER = 1e12
 # tan β = tanh β: the lowest bending vibration of a beam with one hinged and one free end.
 HINGED_FREE = 3.926602
-SHEAR = 3.0
+SHEAR = 3.0  # E/(κ G)
 LOOKS_A_RADIAN, MOST_LOOKS = 16, 100_000
 
 
@@ -58,10 +58,10 @@ def bent_touches(model: Model, displacement: Array, velocity: Array, within_s: f
         return False
     place = model.contact.touching_points(model.points.take(nodes, 0) + displacement.take(nodes, 0))
     gap = max(float(place[:, 1].min()) + model.surface.height, 0.0)
-    radius, rod = 0.25 * diameter, length - diameter / 6.0
-    soft = 1.0 + (HINGED_FREE / rod * radius) ** 2 * (1.0 + SHEAR)
-    wave = length / model.transit_s
-    frequency = (HINGED_FREE / rod) ** 2 * radius * wave / math.sqrt(soft)
+    radius, rod, wave = 0.25 * diameter, length - diameter / 6.0, length / model.transit_s
+    square = (HINGED_FREE / rod) ** 2
+    soft = 1.0 + square * radius**2 * (1.0 + SHEAR)
+    frequency = square * radius * wave / math.sqrt(soft)
     return swings_down(gap, *_pole_motion(model, displacement, velocity, rod), frequency, within_s)
 
 

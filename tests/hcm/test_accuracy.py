@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import brentq
 
 import hcm
 from hcm import accuracy as accuracy_module
@@ -17,22 +16,16 @@ from hcm.beam.chain import build_chain
 from hcm.beam.outline import build_outline, depth
 from hcm.chosen import (
     BESIDE,
-    INNER_SHARE,
     NEWTON,
     Chosen,
     contact_frequency,
-    first_bending_frequency,
     settings_for,
 )
 from hcm.chosen_flight import (
     BY_WEIGHT,
     FEW_STEPS,
     FOLLOWING_STAGES,
-    MOST_ELEMENTS,
     QUIET,
-    _wave,
-    choose_flight,
-    count_elements,
     followed_frequency,
 )
 from hcm.companion import first_tap
@@ -743,210 +736,3 @@ def test_a_vibration_that_is_not_followed_is_in_the_errors() -> None:
     for name in (*names, "peak_normal_force_time_s", "peak_stress_R_Pa"):
         apart = abs(getattr(run.summary, name) - getattr(fine.summary, name))
         assert apart <= run.errors[name] + fine.errors[name], name
-
-
-# one phalanx that is stiff beside its tip's spring, whose bending limits a step of collocation
-STIFF = hcm.Scene(
-    hcm.Finger((hcm.Phalanx(0.04, 0.015, 2.882e10, 1400.0),)), hcm.Surface(0.02853, 1.0),
-    hcm.Tip(1.4e6), settings=NO_ESTIMATE,
-)  # fmt: skip
-
-
-def test_phalanges_before_the_last_have_a_share_of_its_elements() -> None:
-    """A wave returns from them when the tap is nearly over: 0.8 of its number, if all are alike."""
-    order_two = {"flight": "elastic", "flight_integrator": "generalized-alpha"}
-    *inner, last = (p.elements for p in chosen(1e-6, **order_two).scene.finger.phalanges)
-    assert last > 10
-    # whole numbers: each is rounded up
-    assert inner == pytest.approx([INNER_SHARE * last] * 2, abs=1.0)
-
-
-@pytest.mark.parametrize(
-    ("scene", "accuracy"), [(SOFT_SCENE, 1e-5), (STIFF, 1e-3)], ids=["waves", "bending"]
-)
-def test_a_step_of_twice_the_stages_is_twice_as_long(scene: hcm.Scene, accuracy: float) -> None:
-    """It has as many stages to the turn, whatever the frequency that limits it."""
-    few, many = (chosen(accuracy, scene, stages=s).scene.settings.contact_step for s in (4, 8))
-    assert many == pytest.approx(2.0 * few, rel=1e-12)
-
-
-def test_no_accuracy_is_so_loose_that_a_step_or_an_iteration_misses_a_tap() -> None:
-    """A step of collocation is below half a turn of the tip's spring, at 0.1 as at 0.01."""
-    loose, tight = (chosen(a, contact_integrator="gauss").scene.settings for a in (1e-1, 1e-2))
-    assert loose.contact_step == pytest.approx(tight.contact_step, rel=1e-12)
-    assert loose.contact_step * contact_frequency(SOFT, SOFT_TIP) < math.pi / 2
-    assert loose.newton_tolerance == pytest.approx(tight.newton_tolerance, rel=1e-12)
-    assert loose.newton_tolerance <= NEWTON["gauss"][1]
-
-
-def test_a_mass_swings_faster_on_the_stiffer_spring_of_restitution() -> None:
-    """By sqrt(k/m)/e*: a step of half the length with e* = 0.5."""
-    rod = hcm.Finger((hcm.Phalanx(0.04, 0.01, 1e11, 1000.0),))
-    scene = hcm.Scene(rod, hcm.Surface(0.03, 0.0), hcm.Tip(20.0), settings=NO_ESTIMATE)
-    one, half = (
-        chosen(1e-3, replace(scene, tip=hcm.Tip(20.0, e))).scene.settings.contact_step
-        for e in (1.0, 0.5)
-    )
-    assert half == pytest.approx(0.5 * one, rel=1e-12)
-
-
-def test_torques_tighten_the_iterations_of_collocation_alone() -> None:
-    """What these leave adds up in an undamped flight; those of order 2 are damped."""
-    driven = replace(SOFT_SCENE, drive=hcm.Drive((1e-6, 0.0, 0.0)))
-    for accuracy in (1e-6, 1e-4, 1e-2):
-        for method, share in (("gauss", 1e-1), ("generalized-alpha", 1.0)):
-            fall, whirl = (
-                chosen(accuracy, scene, contact_integrator=method).scene.settings.newton_tolerance
-                for scene in (SOFT_SCENE, driven)
-            )
-            assert 0.0 < whirl <= share * fall
-            # the iteration's error is no more than a hundredth of the one wanted
-            assert fall <= 1e-2 * accuracy * (1.0 + 1e-12)
-            if method == "generalized-alpha":
-                assert whirl == fall
-
-
-def test_hertz_tangent_spring_shields_the_tip_at_its_depth() -> None:
-    """3/2 K sqrt(v/w)/e*^2 over w is the impedance of the beam's free end, rho A c/sqrt(2)."""
-    k, speed, restitution = 3e9, 1.7, 0.6
-    omega = contact_frequency(SOFT, replace(SOFT_TIP, restitution=restitution), k, speed)
-    waves = (1e9 * SOFT.second_moment / (1400.0 * SOFT.area)) ** 0.25 * omega**0.5
-    impedance = 1400.0 * SOFT.area * waves / 2**0.5
-    spring = 1.5 * k * math.sqrt(speed / omega) / restitution**2
-    assert impedance == pytest.approx(spring / omega, rel=1e-12)
-
-
-def test_the_first_bending_of_a_hinged_beam_is_the_root_of_its_equation() -> None:
-    """tan b = tanh b, b = 3.927, of a hinge and a free end (Blevins 1979)."""
-    b = brentq(lambda x: math.tan(x) - math.tanh(x), 3.5, 4.5)
-    exact = (b / SOFT.length) ** 2 * math.sqrt(SOFT.bending_stiffness / SOFT.line_density)
-    # b^2 is given with five digits
-    assert first_bending_frequency(SOFT) == pytest.approx(exact, rel=5e-5)
-
-
-def test_a_refined_beams_steps_of_order_two_are_longer() -> None:
-    """Its elements' errors outweigh theirs: w h = 2 sqrt(eps), of a lumped tip sqrt(eps)."""
-    assumed = hcm.Assumptions("paper", rotary_inertia=True)
-    of = {"contact_integrator": "generalized-alpha", "flight": "elastic"}
-    omega = contact_frequency(SOFT, SOFT_TIP)
-    for scene, turn in ((SOFT_SCENE, 1.0), (replace(SOFT_SCENE, assumptions=assumed), 2.0)):
-        found = chosen(1e-3, scene, **of)
-        assert not found.followed
-        assert found.scene.settings.contact_step * omega == pytest.approx(
-            turn * math.sqrt(1e-3), rel=1e-12
-        )
-
-
-def test_an_elastic_flight_that_is_stated_is_not_solved_as_rods() -> None:
-    """Not even of a finger that meets the surface before its tip does."""
-    found = chosen(1e-4, replace(SOFT_SCENE, surface=hcm.Surface(0.04, 0.5)), flight="elastic")
-    assert found.scene.settings.flight == "elastic"
-    assert found.scene.settings.flight_integrator == "gauss"
-
-
-def test_a_vibration_changes_a_refined_tap_by_twice_as_much() -> None:
-    """Half its share of the approach's speed; a quarter where the tip is lumped."""
-    assumed = hcm.Assumptions("paper", rotary_inertia=True)
-    for scene, share in ((SOFT_SCENE, 0.25), (replace(SOFT_SCENE, assumptions=assumed), 0.5)):
-        found = chosen(1e-3, scene, flight="elastic")
-        assert not found.followed
-        assert found.fall is not None
-        told = share * found.fall.ringing / found.fall.speed
-        assert found.flight_error == pytest.approx(told, rel=1e-12)
-
-
-def test_a_loose_accuracy_takes_no_fewer_steps_of_flight() -> None:
-    """In less than a dozen Newton's method fails: 0.1 takes as many as 0.01."""
-    loose, tight = (chosen(a, flight="elastic").scene.settings for a in (1e-1, 1e-2))
-    assert loose.flight_step == pytest.approx(tight.flight_step, rel=1e-12)
-
-
-def test_a_followed_vibration_is_a_known_angle_out_of_phase_at_the_touch() -> None:
-    """0.3 rad by the steps of w_f: of r = V_0/(v eps) by a torque, of 1.5/4 of that by weight."""
-    light = hcm.Finger((hcm.Phalanx(0.01794, 0.002349, 1.48e9, 2063.0),))
-    driven = hcm.Scene(
-        light, hcm.Surface(0.0060659, 0.856), hcm.Tip(4.714e5, 0.385), hcm.Drive((3.468e-6,))
-    )
-    torque, weight = (driven, 1e-3, 1.0, 0.5), (SOFT_SCENE, 1e-5, 1.5 * 0.25, 1.5)
-    for scene, accuracy, share, decay in (torque, weight):
-        found, body = settings_for(accuracy, scene), scene.finger
-        assert found.followed
-        assert found.fall is not None
-        contact = contact_frequency(body.phalanges[-1], scene.tip)
-        excess = share * found.fall.ringing / (found.fall.speed * accuracy)
-        highest = followed_frequency(body, contact, excess, decay)
-        own, f = found.scene.settings, math.factorial
-        s, turn = own.stages, highest * own.flight_step
-        off = f(s) ** 2 / (f(2 * s) * f(2 * s + 1)) * turn ** (2 * s)
-        assert off * highest * found.fall.time == pytest.approx(0.3, rel=1e-9)
-
-
-@pytest.mark.parametrize("more", [{"taps": 2}, {"end_time": 0.5}])
-def test_a_flight_after_a_tap_is_controlled_by_the_accuracy(more: dict[str, Any]) -> None:
-    """Equal steps lose the energy of the vibration that the tap leaves."""
-    for accuracy in (1e-2, 1e-4):
-        longer = replace(SOFT_SCENE, settings=replace(NO_ESTIMATE, **more))
-        found = settings_for(accuracy, longer, {"flight": "elastic"}).scene.settings
-        assert found.flight_tolerance == pytest.approx(1e-3 * accuracy, rel=1e-12)
-
-
-def test_waves_in_flight_are_resolved_to_their_phases_error() -> None:
-    """(kappa l)^4/720 with shear, 3e-5 (kappa l)^6 without; no element has a wave's quarter."""
-    for turn in (1e-6, 1e-5):
-        assert _wave(turn, True) ** 4 / 720.0 == pytest.approx(turn, rel=1e-12)
-        assert 3e-5 * _wave(turn, False) ** 6 == pytest.approx(turn, rel=1e-12)
-    for sheared in (True, False):
-        assert _wave(1e9, sheared) < math.pi / 2
-
-
-def test_elements_are_counted_by_the_wave_that_each_may_have() -> None:
-    """A wave number of 10/L in elements of 1 rad, 4 rad and 1e-6 rad: 10, 3, and as many as go."""
-    frequency = (10.0 / SOFT.length) ** 2 * math.sqrt(SOFT.bending_stiffness / SOFT.line_density)
-    counts = [count_elements(SOFT, frequency, turn) for turn in (1.0 + 1e-9, 4.0, 1e-6, 1e3)]
-    assert counts == [10, 3, MOST_ELEMENTS, 1]
-
-
-def test_a_flight_has_elements_for_its_longest_phalanx_and_the_contact_has_no_fewer() -> None:
-    """A short limp phalanx needs few, a long one many; the tip's soft spring excites less."""
-    short = replace(RINGING.finger.phalanges[0], length=0.01)
-    body = hcm.Finger((*RINGING.finger.phalanges, short))
-    scene = replace(
-        RINGING, finger=body, tip=hcm.Tip(4.0), surface=hcm.Surface(0.015, 0.5),
-        drive=hcm.Drive((0.0106, 0.0)),
-    )  # fmt: skip
-    fall = rods_fall(scene)
-    assert fall is not None
-    flight = choose_flight(1e-3, scene, fall, contact_frequency(short, scene.tip), True, {})
-    told = {c.setting: c.value for c in flight.choices}
-    assert flight.followed
-    assert flight.elements[0] > flight.elements[1]
-    assert told["flight_elements"] == max(flight.elements)
-    found = settings_for(1e-3, scene).scene.finger.phalanges
-    assert all(p.elements >= n for p, n in zip(found, flight.elements, strict=True))
-
-
-def test_a_falls_time_is_counted_from_its_start() -> None:
-    """The same fall a second later."""
-    still = (0.0,) * 3
-    one, other = (
-        rods_fall(replace(SOFT_SCENE, start=hcm.RigidStart(still, still, at))) for at in (0.0, 1.0)
-    )
-    assert one is not None
-    assert other is not None
-    # the touch is located to the surface's tolerance, 1e-6 of its height
-    assert other.time == pytest.approx(one.time, rel=1e-5)
-
-
-def test_a_falls_sections_sink_as_those_of_straight_beams() -> None:
-    """Where the tip is above the surface by as much at least, in any state of the fall."""
-    scene = replace(SOFT_SCENE, surface=hcm.Surface(0.04, 0.5))
-    fall = rods_fall(scene)
-    assert fall is not None
-    chain, _ = build_chain(scene.finger, hcm.Drive())
-    outline, sunk = build_outline(scene.finger, scene.surface.height), []
-    for state in fall.flight.states:
-        start = hcm.RigidStart(tuple(state[:3].tolist()), (0.0,) * 3)
-        below = depth(rigid_motion(scene.finger, chain, start)[0], chain, outline)[0]
-        tip = scene.surface.height - SOFT.length * np.sin(state[:3]).sum()
-        sunk.append(min(below, tip))
-    assert fall.sunk == pytest.approx(max(sunk), abs=1e-12)  # round-off

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from validation.harness.record import Floats
+from validation.models.curves import touch_bounds
 
 SCATTER_SAMPLES = 2  # most of a touch that may be scatter
 UNKNOWN = (np.inf, np.inf)  # of both ends
@@ -236,6 +237,6 @@ def tap_errors(
 
 def _stray_end(time: Floats, touches: NDArray[np.bool_]) -> float:
     """How much later a tap ends by last touches of `SCATTER_SAMPLES` or fewer, s."""
-    ends = np.flatnonzero(np.diff(touches)).reshape(-1, 2)
-    solid = [end for begin, end in ends if end - begin > SCATTER_SAMPLES]
-    return float(time[ends[-1, 1]] - time[solid[-1]]) if solid else 0.0
+    bounds = touch_bounds(touches)
+    solid = [end for begin, end in bounds if end - begin > SCATTER_SAMPLES]
+    return float(time[bounds[-1, 1] - 1] - time[solid[-1] - 1]) if solid else 0.0

@@ -16,7 +16,13 @@ from validation.curve_files.sample_errors import (
 )
 from validation.errors import UserError
 from validation.harness.record import Floats
-from validation.models.curves import Curves, other_than_stated, tap_scalars, touches_of_tap
+from validation.models.curves import (
+    Curves,
+    other_than_stated,
+    tap_scalars,
+    touch_bounds,
+    touches_of_tap,
+)
 
 COARSE = 10.0  # an interval over the tap's median one that is worth a line
 # A first touch of few samples is scatter beside a later one of this many times its force or, if
@@ -187,12 +193,12 @@ def _touches(normal: Floats, least: float) -> NDArray[np.bool_]:
     """Whether each sample is in contact: above the threshold, and no scatter about that, which is a
     touch of no more than twice the threshold beside a larger one.
     """
-    touches = np.concatenate([[False], normal > least, [False]])
+    touches: NDArray[np.bool_] = normal > least
     if normal.max() > 2.0 * least:
-        for begin, end in np.flatnonzero(np.diff(touches)).reshape(-1, 2):
+        for begin, end in touch_bounds(touches):
             if normal[begin:end].max() <= 2.0 * least:
-                touches[begin + 1 : end + 1] = False
-    return touches[1:-1]
+                touches[begin:end] = False
+    return touches
 
 
 def _first_tap(
@@ -219,13 +225,13 @@ def _first_tap(
         )
     tap = slice(first - 1, last + 1)
     highest, own, few = normal[tap].max(), last - first, SCATTER_SAMPLES
-    edges = np.flatnonzero(np.diff(touches, append=False)).reshape(-1, 2)
-    later = [slice(begin + 1, end + 1) for begin, end in edges if begin >= last]
-    largest = max((normal[touch].max() for touch in later), default=0.0)
-    longer = any(
-        touch.stop - touch.start >= SCATTER_LENGTH * own and normal[touch].max() > highest
-        for touch in later
-    )
+    later = [
+        (end - begin, normal[begin:end].max())
+        for begin, end in touch_bounds(touches)
+        if begin >= last
+    ]
+    largest = max((force for _, force in later), default=0.0)
+    longer = any(size >= SCATTER_LENGTH * own and force > highest for size, force in later)
     if (own <= few + 1 and longer) or (own <= few and largest > SCATTER_RATIO * highest):
         state = f"state in {beside} threshold_N = {1.5 * highest / body:.2g}, else "
         remedy = state if 1.5 * highest < SCATTER_SHARE * largest else ""

@@ -267,13 +267,12 @@ def yields(
     }
 
 
-def stated_force(scene: NamedScene, stiffness: Callable[[float], float], guess: float) -> float:
-    """F with F = the reduced model's peak force with k(F), by fixed-point iteration, N.
+def stated_force(scene: NamedScene, stiffness: Callable[[float], float], force: float) -> float:
+    """F with F = the reduced model's peak force with k(F), by iteration from `force`, N.
 
     Raises RunFailedError: the forces still differ by more than 1e-4 after `ROUNDS` (two peaks of
     like height, of which now one is the higher and now the other).
     """
-    force = guess
     for _ in range(ROUNDS):
         following = reduced_peak(scene, stiffness(force))
         if abs(following - force) < 1e-4 * force:
@@ -286,7 +285,10 @@ def stated_force(scene: NamedScene, stiffness: Callable[[float], float], guess: 
 
 
 def reduced_peak(scene: NamedScene, stiffness: float) -> float:
-    """Peak normal force of the reduced model with another k, N."""
+    """Peak normal force of the reduced model with another k, N.
+
+    Raises RunFailedError: the reduced model's tap is not completed.
+    """
     return float(_reduced_tap(scene, stiffness).summary.peak_normal_force_N)
 
 

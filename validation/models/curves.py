@@ -37,6 +37,11 @@ class Curves:
     errors: Mapping[str, Any] = field(default_factory=dict)
 
 
+def touch_bounds(touches: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """First sample of each touch and the one after its last, (m, 2)."""
+    return np.flatnonzero(np.diff(touches, prepend=False, append=False)).reshape(-1, 2)
+
+
 def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, int, int]:
     """First sample of the first tap, the one after its last, numbers of its touches and of all.
 
@@ -46,8 +51,7 @@ def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, 
     touches : (n,) whether a sample is in contact, which the first is not. The end of a tap that the
     record cuts off is the number of samples.
     """
-    edges = np.diff(touches.astype(int), append=0)
-    starts, ends = np.flatnonzero(edges == 1) + 1, np.flatnonzero(edges == -1) + 1
+    starts, ends = touch_bounds(touches).T
     count = 1
     while count < starts.size and (
         time[starts[count]] - time[ends[count - 1]]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from validation.compare.differences import Difference
-from validation.harness.files import json_text, write_json, write_text
+from validation.harness.files import json_text, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import COMPARED
 from validation.harness.uncertainty import two_digits
@@ -56,9 +56,10 @@ def write_checks(
         "failures": list(failures),
         "provenance": provenance({}),
     }
-    write_json(folder / "validate.json", content)
+    verdicts = json_text(content)
+    write_text(folder / "validate.json", verdicts + "\n")
     write_text(folder / "junit.xml", _junit(checks, failures))
-    return checks, json_text(content)
+    return checks, verdicts
 
 
 def _verdict(row: Difference) -> dict[str, Any]:

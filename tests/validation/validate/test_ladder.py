@@ -343,13 +343,24 @@ def test_rung_threes_reference_tells_its_doubts(make_record: Make) -> None:
 
 def test_errors_of_the_flight_are_those_that_the_reference_states(make_record: Make) -> None:
     """All meshes fly alike: by their range an arrival was known to 3 ps."""
-    solid = replace(make_record(model="fem3d"), errors={"contact_time_s": 2e-6})
-    shares = {"contact_time_s": 1e-14, "peak_normal_force_N": 0.01}
+    coarse = make_record(model="fem3d", peak=60.0)
+    stated = {"contact_time_s": 2e-6, "peak_normal_force_N": 0.6}
+    solid = replace(make_record(model="fem3d", peak=60.0), errors=stated)
+    shares = uncertainties((2e-3, 1e-3), (coarse, solid))
     rows = {row.quantity: row for row in compare_runs(2, make_record(), solid, shares, OWN)}
     arrival = rows["time of first contact (ms), own flight"]
     assert arrival.reference_uncertainty == pytest.approx(2e-3)
     peak = rows["peak Fn (N), own flight"]
     assert peak.reference_uncertainty == pytest.approx(0.01 * peak.reference)
+
+
+def test_the_papers_reference_is_known_to_its_other_meshes_arrival(make_record: Make) -> None:
+    """Each mesh of rung 4 has a flight of its own."""
+    record, other = (make_record(model="fem3d", variant=v) for v in ("ls-dyna-like", "fast"))
+    other.summary["contact_time_s"] = record.summary["contact_time_s"] + 1e-3
+    rows = paper_rung(Runs((make_record(variant="N=60"), record, other)))
+    arrival = next(row for row in rows if row.quantity.startswith("time of first contact"))
+    assert arrival.reference_uncertainty == pytest.approx(1.0)
 
 
 def test_a_scene_that_fails_is_named_and_the_others_go_on(

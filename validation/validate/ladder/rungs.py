@@ -73,8 +73,7 @@ def compare_runs(
 ) -> list[Comparison]:
     """All compared scalars and the curves' metrics.
 
-    uncertainty : relative uncertainties of the reference's tap, by key. Of its flight it is what
-        the reference states: all meshes fly alike.
+    uncertainty : relative uncertainties of the reference, by key; else it is what the run states.
     start : SAME or OWN.
     """
     scene = reduced.scene
@@ -84,11 +83,10 @@ def compare_runs(
         # what a common impact state fixes for both models says nothing about them
         if (start == SAME and entry in OF_THE_FLIGHT) or (value is None and target is None):
             continue
-        known_to, share = entry.error(reference), uncertainty.get(entry.key)
-        if entry not in OF_THE_FLIGHT:
-            known_to = None if share is None or target is None else share * abs(target)
+        share = uncertainty.get(entry.key)
+        known = entry.error(reference) if share is None or target is None else share * abs(target)
         error = error_percent(value, target)
-        found.append(Comparison(rung, scene, name_of(entry, start), value, target, known_to, error))
+        found.append(Comparison(rung, scene, name_of(entry, start), value, target, known, error))
     for name, title in FORCES.items():
         metrics = compare_forces(reduced, reference, name)
         for part, share in zip("MPC", metrics or (), strict=metrics is not None):
@@ -103,11 +101,13 @@ def compare_runs(
 
 
 def uncertainties(sizes: Sequence[float], records: Sequence[RunRecord]) -> dict[str, float]:
-    """Relative uncertainty of the finest run by key: index or spread (see `convergence`), and at
-    least the error that it states: two meshes may agree by chance.
+    """Relative uncertainty of the finest run's tap by key: index or spread (see `convergence`), and
+    at least the error that it states: two meshes may agree by chance. All meshes fly alike.
     """
     found = {}
     for entry in COMPARED:
+        if entry in OF_THE_FLIGHT:
+            continue
         values = [value for record in records if (value := entry.read(record)) is not None]
         if len(values) != len(records) or not values[-1]:
             continue
@@ -165,7 +165,10 @@ def contact_rung(
     meshed += [(load_scene(source, keys), name) for keys, name in settings[-1:]]
     records = [runs.obtain(full_contact, finer, impact, name) for finer, name in meshed]
     sizes = [CONVERGED if mesh is None else mesh[0] for mesh in meshes]
-    share = uncertainties(sizes, records) | stored
+    # a study's runs begin at the impact, too: nothing is known of the flight before it
+    fixed = {entry.key for entry in OF_THE_FLIGHT}
+    share = uncertainties(sizes, records)
+    share |= {key: known for key, known in stored.items() if key not in fixed}
     own = runs.obtain(full_contact, meshed[-1][0], None, meshed[-1][1])
     same, predicted = (runs.obtain(reduced, scene, contact, start) for start in (impact, None))
     rows = compare_runs(3, same, records[-1], share, SAME)

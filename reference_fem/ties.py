@@ -27,7 +27,8 @@ class Ties(NamedTuple):
     def sums(self, values: Array) -> Array:
         """Values (n_points,), with those of hanging nodes moved to the nodes that they follow."""
         total = values.copy()
-        hand_on(total[:, None], self)
+        total[self.nodes] = 0.0
+        np.add.at(total, self.of, (values[self.nodes] / self.of.shape[1])[:, None])
         return total
 
 
@@ -40,29 +41,44 @@ def ties_of(table: Index) -> Ties:
 NO_TIES = ties_of(np.empty((0, 1), dtype=np.int64))
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def hand_on(values: Array, ties: Ties) -> None:
-    """Add values (n_points, dim) of hanging nodes to those that they follow; leave them zero."""
-    count = ties.of.shape[1]
+    """Add values (n_points, 2 | 3) of hanging nodes to those that they follow; leave them zero."""
+    solid = values.shape[1] == 3
+    share = 1.0 / ties.of.shape[1]  # exact: two or four; infinite, and not used, without ties
     for h in range(ties.nodes.size):
-        for d in range(values.shape[1]):
-            part = values[ties.nodes[h], d] / count
-            values[ties.nodes[h], d] = 0.0
-            for m in range(count):
-                values[ties.of[h, m], d] += part
+        hanging = ties.nodes[h]
+        x, y, z = share * values[hanging, 0], share * values[hanging, 1], 0.0
+        values[hanging, 0], values[hanging, 1] = 0.0, 0.0
+        if solid:
+            z = share * values[hanging, 2]
+            values[hanging, 2] = 0.0
+        for m in range(ties.of.shape[1]):
+            i = ties.of[h, m]
+            values[i, 0] += x
+            values[i, 1] += y
+            if solid:
+                values[i, 2] += z
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def follow(values: Array, weight: Array, ties: Ties) -> None:
-    """Set values (n_points, dim) of hanging nodes to the means of weight (n_points,) times value.
+    """Set values (n_points, 2 | 3) of hanging nodes to the means of weight (n_points,) times value.
 
     The means are over the nodes that each follows. With residuals and inverse masses they are
     accelerations, which is why a hanging node's own inverse mass is 1 (`Model.inverse_mass`).
     """
-    count = ties.of.shape[1]
+    solid = values.shape[1] == 3
+    share = 1.0 / ties.of.shape[1]
     for h in range(ties.nodes.size):
-        for d in range(values.shape[1]):
-            total = 0.0
-            for m in range(count):
-                total += weight[ties.of[h, m]] * values[ties.of[h, m], d]
-            values[ties.nodes[h], d] = total / count
+        x = y = z = 0.0
+        for m in range(ties.of.shape[1]):
+            i = ties.of[h, m]
+            x += weight[i] * values[i, 0]
+            y += weight[i] * values[i, 1]
+            if solid:
+                z += weight[i] * values[i, 2]
+        hanging = ties.nodes[h]
+        values[hanging, 0], values[hanging, 1] = share * x, share * y
+        if solid:
+            values[hanging, 2] = share * z

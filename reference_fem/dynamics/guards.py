@@ -103,18 +103,18 @@ def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
     All Gauss points count, also those that a 1-point element does not use. The sign is that of
     det F; NaN if one is NaN. Parameters: displacement (n_points, dim), pressure (n_points,).
     """
-    cells, slopes = model.cells[model.contact_cells], SLOPES[displacement.shape[1]]
-    return float(_least_det(model.points, displacement, cells, pressure, slopes))
+    given, slopes = (model.cells, model.contact_cells), SLOPES[displacement.shape[1]]
+    return float(_least_det(model.points, displacement, *given, pressure, slopes))
 
 
 @njit(cache=True, error_model="numpy")
 def _least_det(
-    points: Array, displacement: Array, cells: Index, pressure: Array, slopes: Array
+    points: Array, displacement: Array, cells: Index, chosen: Index, pressure: Array, slopes: Array
 ) -> float:
     corners, n_q, dim = slopes.shape
     least, j = np.inf, np.empty((dim, dim))
-    for cell in cells:
-        touches = False
+    for number in chosen:
+        cell, touches = cells[number], False
         for node in cell:
             touches = touches or pressure[node] > 0.0
         for q in range(n_q if touches else 0):

@@ -32,10 +32,8 @@ def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
     nodes, body = model.contact.nodes, model.body_of_point == model.touching_body
     centre, mean, spin = _planar_motion(body, model.mass, model.points, displacement, velocity)
     place = model.contact.touching_points(model.points.take(nodes, 0) + displacement.take(nodes, 0))
-    speed = mean + spin * (place[:, 0] - centre)
-    down = speed < 0.0
-    gap = np.maximum(place[down, 1] + model.surface.height, 0.0)
-    return float(np.min(gap / -speed[down], initial=NEVER * model.transit_s))
+    never = NEVER * model.transit_s
+    return float(_earliest(place, centre, mean, spin, model.surface.height, never))
 
 
 def bent_touches(model: Model, displacement: Array, velocity: Array, within_s: float) -> bool:
@@ -124,3 +122,16 @@ def _planar_motion(
             momentum += mass[i] * (x * (velocity[i, 1] - mean[1]) - y * (velocity[i, 0] - mean[0]))
             inertia += mass[i] * (x * x + y * y)
     return centre[0], mean[1], momentum / inertia
+
+
+@njit(cache=True)
+def _earliest(
+    place: Array, centre: float, mean: float, spin: float, height: float, never: float
+) -> float:
+    """Least time, s, in which one of the points (n, dim) arrives; `never` if none comes down."""
+    soonest = never
+    for i in range(len(place)):
+        speed = mean + spin * (place[i, 0] - centre)
+        if speed < 0.0:
+            soonest = min(soonest, max(place[i, 1] + height, 0.0) / -speed)
+    return soonest

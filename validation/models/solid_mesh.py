@@ -232,7 +232,7 @@ def relaxes_near_the_touch(tables: Scene, sizing: meshes.Sizing | None) -> bool:
 def relaxing_near(
     tables: Scene, touch: reference_fem.Touch, sizing: meshes.Sizing, mesh: meshes.FingerMesh
 ) -> meshes.FingerMesh:
-    """The mesh with its elements near the touch as the set ``relaxing``.
+    """The mesh with the elements near the touch as the set ``relaxing``, each phalanx's first.
 
     The touch at rest is c + R (-cos, -sin)(angle), c the centre of the tip's ball, R its radius.
     """
@@ -248,7 +248,11 @@ def relaxing_near(
     place[1] = -radius * math.sin(touch.angle)
     away = np.linalg.norm(mesh.points[mesh.cells].mean(axis=1) - place, axis=1)
     near = away <= max(RELAXATION_REACH * touch.patch_radius, away.min())
-    return replace(mesh, cell_sets={**mesh.cell_sets, "relaxing": np.flatnonzero(near)})
+    # kernels take elements in blocks, which cost less where none relaxes
+    bodies = [cells for name, cells in mesh.cell_sets.items() if name != "relaxing"]
+    order = np.concatenate([body[np.argsort(~near[body], kind="stable")] for body in bodies])
+    marked = {**mesh.cell_sets, "relaxing": np.flatnonzero(near[order])}
+    return replace(mesh, cells=mesh.cells[order], cell_sets=marked)
 
 
 def relaxing_nowhere(mesh: meshes.FingerMesh) -> meshes.FingerMesh:

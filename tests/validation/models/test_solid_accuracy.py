@@ -104,7 +104,7 @@ def test_elements_near_the_touch_alone_relax(of: str) -> None:
         surface = surface[np.abs(surface[:, 2]) < 1e-9]
     turned = touch.angle - 0.5 * np.pi  # of the surface's normal in the finger's frame
     lowest = surface[np.argmax(surface[:, :2] @ [np.sin(turned), -np.cos(turned)])]
-    centres = mesh.points[mesh.cells].mean(axis=1)
+    centres = mesh.points[marked.cells].mean(axis=1)
     away = np.linalg.norm(centres - lowest, axis=1) / touch.patch_radius
     relaxing = np.isin(np.arange(len(centres)), marked.cell_sets["relaxing"])
     # the node is up to half an edge of the surface from the point
@@ -112,6 +112,10 @@ def test_elements_near_the_touch_alone_relax(of: str) -> None:
     assert relaxing[away < RELAXATION_REACH - slack].all()
     assert not relaxing[away > RELAXATION_REACH + slack].any()
     assert 20 < relaxing.sum() < 0.5 * len(relaxing)
+    for name in ("phalanx_1", "phalanx_2", "phalanx_3"):  # in each the same, those that relax first
+        before, body = mesh.cells[mesh.cell_sets[name]], marked.cell_sets[name]
+        assert np.array_equal(np.unique(marked.cells[body], axis=0), np.unique(before, axis=0))
+        assert (np.diff(relaxing[body].astype(int)) <= 0).all()
     _, _, drive, settings = solid_inputs.solid_parts(tables)
     damped = [replace(m, relaxation_time=1e-8) for m in solid_inputs.solid_parts(tables).materials]
     height = reference_fem.Surface(tables.surface.height, 0.5)

@@ -16,14 +16,14 @@ convergence index, or the spread where that does not apply.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from validation.compare.grid_convergence import NEARLY, Convergence, convergence
 from validation.errors import RunFailedError, UserError
-from validation.harness.interrupts import unless_interrupted
+from validation.identify.reduced_tap import reduced_tap, stated_force, touch_angle_of
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
 from validation.models.hcm import hcm_scene
@@ -39,7 +39,6 @@ LENGTH = 3.0  # length of the modelled end over its radius
 # Radius of the nodes that may touch over the contact radius, and where the patch reaches the shaft,
 # along which it is longer.
 REACH, SHAFT_REACH = 2.0, 4.0
-ROUNDS = 12  # fixed-point iterations; each contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 CURVE = np.linspace(0.05, 1.25, 25)  # forces of the curve, over the stated one
 
 
@@ -130,7 +129,7 @@ def identify_contact(
 
     tables = scene.tables
     upright = 0.5 * np.pi
-    tap = _reduced_tap(scene, tables.tip.normal_stiffness)
+    tap = reduced_tap(scene, tables.tip.normal_stiffness)
     angle = float(np.clip(touch_angle_of(tap), -upright, upright))
     # the refined tip touches with its lowest point, before the end of its axis arrives
     touch = solid_mesh.predicted_touch(tables, 3)
@@ -265,62 +264,6 @@ def yields(
         "tip.compliance_nt": tuple([c.nt for c in found]),
         "tip.compliance_tt": tuple([c.tt / np.cos(angle) for c in found]),
     }
-
-
-def stated_force(scene: NamedScene, stiffness: Callable[[float], float], force: float) -> float:
-    """F with F = the reduced model's peak force with k(F), by iteration from `force`, N.
-
-    Raises RunFailedError: the forces still differ by more than 1e-4 after `ROUNDS` (two peaks of
-    like height, of which now one is the higher and now the other).
-    """
-    for _ in range(ROUNDS):
-        following = reduced_peak(scene, stiffness(force))
-        if abs(following - force) < 1e-4 * force:
-            return following
-        last, force = force, following
-    raise RunFailedError(
-        f"scene {scene.name}: the reduced model's peak force, with the k of that force, is now"
-        f" {last:.4g} N and now {force:.4g} N; change the tap, by surface.height for instance"
-    )
-
-
-def reduced_peak(scene: NamedScene, stiffness: float) -> float:
-    """Peak normal force of the reduced model with another k, N.
-
-    Raises RunFailedError: the reduced model's tap is not completed.
-    """
-    return float(_reduced_tap(scene, stiffness).summary.peak_normal_force_N)
-
-
-def touch_angle_of(tap: Any) -> float:
-    """Angle, from its axis, at which the last phalanx of a reduced model's tap touches, rad."""
-    from reference_fem.touch import touch_angle
-
-    touch = next(
-        posture
-        for event, posture in zip(tap.events, tap.event_postures, strict=True)
-        if event.kind == "contact"
-    )
-    x, y = touch.slopes[-1][-1]
-    return touch_angle(float(np.arctan2(-y, -x)))
-
-
-def _reduced_tap(scene: NamedScene, stiffness: float) -> Any:
-    """The reduced model's tap with another k.
-
-    Raises RunFailedError: it is not completed.
-    """
-    import hcm
-
-    given = hcm_scene(scene, estimate=False)
-    given = replace(given, tip=replace(given.tip, normal_stiffness=stiffness))
-    result = unless_interrupted(hcm.simulate_scene(given))
-    if result.summary.peak_normal_force_N is None or result.status is not hcm.Status.COMPLETED:
-        why = result.message or "it does not touch"
-        raise RunFailedError(
-            f"scene {scene.name}: the reduced model has no whole tap: {why}; {result.status.advice}"
-        )
-    return result
 
 
 def _tip(

@@ -13,7 +13,7 @@ from tests.validation.commands import Patch, Run
 from validation.compare.grid_convergence import convergence
 from validation.errors import RunFailedError, UserError
 from validation.identify import contact as identify
-from validation.identify import contact_command
+from validation.identify import contact_command, reduced_tap
 from validation.models import solid_mesh
 from validation.scenes.load import load_scene
 
@@ -43,7 +43,7 @@ def springs(monkeypatch: Patch) -> None:
 def test_identification_is_stated_at_the_reduced_models_own_peak() -> None:
     scene = load_scene("soft", ("finger.elements=5",))
     found = identify.identify_contact(scene)
-    assert identify.reduced_peak(scene, found.normal_stiffness_N_per_m) == pytest.approx(
+    assert reduced_tap.reduced_peak(scene, found.normal_stiffness_N_per_m) == pytest.approx(
         found.force_N, rel=1e-3
     )
     assert found.stiffness.asymptotic
@@ -167,15 +167,15 @@ def test_a_force_that_k_does_not_enter_is_said() -> None:
 def test_the_force_is_that_of_a_whole_tap(change: str, said: str) -> None:
     """A run that ended in contact gave 79 N for 173."""
     with pytest.raises(RunFailedError, match=said):
-        identify.reduced_peak(load_scene("hard", ("finger.elements=5", change)), 1e6)
+        reduced_tap.reduced_peak(load_scene("hard", ("finger.elements=5", change)), 1e6)
 
 
 def test_a_force_that_does_not_settle_is_refused(monkeypatch: Patch) -> None:
     """Above 150 N one of two peaks is the higher, below it the other: no F has k(F)."""
     peak = lambda scene, k: 100.0 if k > 150.0 else 200.0  # noqa: E731
-    monkeypatch.setattr(identify, "reduced_peak", peak)
+    monkeypatch.setattr(reduced_tap, "reduced_peak", peak)
     with pytest.raises(RunFailedError, match=r"now (100|200) N and now (100|200) N"):
-        identify.stated_force(load_scene("soft"), lambda force: force, 100.0)
+        reduced_tap.stated_force(load_scene("soft"), lambda force: force, 100.0)
 
 
 def test_identify_torque_prints_the_factor_and_the_times(

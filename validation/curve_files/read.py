@@ -5,9 +5,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from validation.curve_files.contract import read_sidecar
+from validation.curve_files.curves import curves_of
 from validation.curve_files.solver_output import DAT, RCFORC, read_solver_output
 from validation.curve_files.table import read_table
-from validation.curve_files.tap import curves_of
 from validation.errors import UserError
 from validation.harness.quantities import ESTIMATED
 from validation.harness.record import RunRecord

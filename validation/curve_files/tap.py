@@ -1,4 +1,7 @@
-"""Samples checked as a tap, and what was done to them in lines."""
+"""Samples checked as a tap: which of them touch, and which are the first tap."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,30 +10,16 @@ from validation.curve_files.contract import Samples, Sidecar
 from validation.curve_files.sample_errors import (
     SCATTER_SAMPLES,
     ZeroLine,
-    excess,
-    held,
-    lone_peak,
     quantum,
-    tap_errors,
     zero_line,
 )
 from validation.errors import UserError
 from validation.harness.record import Floats
-from validation.models.curves import (
-    Curves,
-    other_than_stated,
-    tap_scalars,
-    touch_bounds,
-    touches_of_tap,
-)
+from validation.models.curves import touch_bounds, touches_of_tap
 
-COARSE = 10.0  # an interval over the tap's median one that is worth a line
 # A first touch of few samples is scatter beside a later one of this many times its force or, if
 # that is larger, of this many times its samples; a threshold of a larger share hides a tap.
 SCATTER_RATIO, SCATTER_LENGTH, SCATTER_SHARE = 3.0, 5, 0.5
-FEW = 20  # samples of a tap that is said to have few: its peak is then known to 0.3 %
-LONE = 0.05  # of the peak, by which one sample above its neighbours is worth a line
-RAISED = 0.01  # of the peak, what scatter may raise it by that is worth a line
 ROUNDED = 1e-6  # of an interval, by which subtracting an offset may round it
 ROUND_OFF = 1e-12  # of the largest force: a computed one this small is zero
 AXES = {  # and what a tap's largest force along it decides
@@ -39,104 +28,68 @@ AXES = {  # and what a tap's largest force along it decides
 }
 
 
-def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, list[str]]:
-    """The curves, and a line for each thing that was done or taken for granted.
+@dataclass(frozen=True)
+class SampledTap:
+    """Samples of which some are a tap.
 
-    Time counts from the scene's start; forces are the whole body's, zero out of contact.
+    time : (n,), s, since the motion starts
+    body : the whole body's forces over the file's: 2 for half a model
+    forces : (n,) each, N, the whole body's, by the names of `Samples.forces`
+    round_off, hidden, least : N, what is zero by computing, by a threshold, and in all
+    touches : (n,), whether each sample is in contact
+    first : the first tap's samples with the one before and after it
+    joined, count : touches of the first tap, and of all
+    """
+
+    time: Floats
+    body: float
+    forces: Mapping[str, Floats]
+    round_off: float
+    hidden: float
+    least: float
+    touches: NDArray[np.bool_]
+    first: slice
+    joined: int
+    count: int
+
+    @property
+    def axes(self) -> list[str]:
+        """Names of the forces that there are."""
+        return [name for name in AXES if name in self.forces]
+
+    @property
+    def contact(self) -> dict[str, Floats]:
+        """The forces, zero out of contact, N."""
+        return {name: np.where(self.touches, of, 0.0) for name, of in self.forces.items()}
+
+    @property
+    def zero_lines(self) -> dict[str, ZeroLine]:
+        """What the forces of `axes` are out of contact."""
+        idle = ~self.touches
+        return {name: zero_line(self.forces[name][idle], self.round_off) for name in self.axes}
+
+
+def sampled_tap(samples: Samples, origin: str, sidecar: Sidecar) -> SampledTap:
+    """What touches in a file's samples.
 
     Raises UserError: times do not rise, a force pulls, there is none, or a record begins or ends in
         contact.
     """
-    beside, body = f"{origin}.toml", 2.0 if sidecar.half_model else 1.0
+    body = 2.0 if sidecar.half_model else 1.0
     time, hidden = _times(samples, origin, sidecar), body * sidecar.threshold_N
     signs = {"normal_force": sidecar.normal, "tangential_force": sidecar.tangential}
     forces = {
         name: array * (-body if "-" in signs.get(name, "") else body)
         for name, array in samples.forces.items()
     }
-    normal, tangential = forces["normal_force"], forces.get("tangential_force")
+    normal = forces["normal_force"]
     # rounded samples are off by up to half a step
     round_off = ROUND_OFF * float(np.abs(normal).max())
     least = max(hidden, 0.5 * quantum(normal) + round_off)
     _check_pushes(samples, normal, least, origin, sidecar)
     touches = _touches(normal, least)
-    tap, joined, count = _first_tap(samples, time, normal, touches, least, origin, sidecar)
-    contact = {name: np.where(touches, force, 0.0) for name, force in forces.items()}
-    axes = [name for name in AXES if name in forces]
-    lines = {name: zero_line(forces[name][~touches], round_off) for name in axes}
-    errors = tap_errors(time, forces, contact, touches, tap, hidden, lines)
-    notes = [*filter(None, [sidecar.source]), *samples.notes]
-    notes.append(_of_the_whole(sidecar, beside))
-    off = np.max([np.abs(forces[name]) for name in axes], axis=0)
-    idle = ~touches & (off > round_off)
-    if idle.any():
-        most = max(least, float(off[idle].max())) / body
-        notes.append(
-            f"{idle.sum()} samples of up to {most:.3g} N count as no contact, without force"
-        )
-    if hidden > 0.0:
-        notes.append(
-            f"threshold_N = {sidecar.threshold_N:g} hides how the tap begins: curves over time are"
-            " aligned where it is passed, and their differences include that delay"
-        )
-    if tangential is None:
-        stated_peak = "peak_tangential_force_N" in sidecar.scalars.model_fields_set
-        but = "only its stated peak" if stated_peak else "it"
-        notes.append(f"no tangential force: {but} is {'not ' * (not stated_peak)}compared")
-    if count > 1:
-        of = f"{joined} touches" if joined > 1 else "one touch"
-        own, largest = (f"{force.max() / body:.4g} N" for force in (normal[tap], normal))
-        notes.append(
-            f"touches {count} times; the first tap is compared, of {of} and {own} where the "
-            f"largest has {largest} (if some are scatter, raise threshold_N)"
-        )
-    if joined > 1:
-        whole = float(time[tap][-1] - time[tap][0])
-        notes.append(
-            "models part taps by a prediction: for the same touches, if they have as many, set"
-            f" solver.hcm.tap_until and solver.fem.tap_until = {whole:.2g}"
-        )
-    for name, line in lines.items():
-        by_samples = AXES[name][0] in errors.keys() - sidecar.uncertainty.model_fields_set
-        found = _quality(np.abs(contact[name][tap]), line, body, "; errors include it" * by_samples)
-        notes += [note if name == "normal_force" else f"{name}: {note}" for note in found]
-    notes += _intervals(samples, time, tap)
-    errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
-    if unknown := _unknown_start(time, tap, sidecar, beside):
-        notes.append(unknown)
-        if errors:
-            errors["contact_time_s"] = np.inf
-    if not errors:
-        notes.append(
-            "no uncertainty is known, so nothing is judged: give sigma columns, or state "
-            f"uncertainty in {beside}"
-        )
-    scalars = sidecar.scalars.model_dump(exclude_unset=True)
-    stated = scalars.keys() & sidecar.uncertainty.model_fields_set
-    for name in axes:
-        if saturated := _saturation(name, contact[name][tap], body, beside):
-            notes.append(saturated)
-            errors |= {key: np.inf for key in AXES[name] if key not in stated}
-    curves = Curves(time, contact["normal_force"], contact.get("tangential_force"), scalars, errors)
-    remedy = (
-        f"take it out of {beside} unless it is the better one (half_model, time_offset_s and"
-        " threshold_N change the curves alone)"
-    )
-    doubts = other_than_stated(curves, tap_scalars(curves))
-    return curves, [*notes, *[f"{doubt}: {remedy}" for doubt in doubts]]
-
-
-def _unknown_start(time: Floats, tap: slice, sidecar: Sidecar, beside: str) -> str:
-    """A line if nothing tells the tap's arrival from the start of the motion, else nothing."""
-    from_trigger = time[0] < 0.0 and "time_offset_s" not in sidecar.model_fields_set
-    known = time[tap][0] > 0.0 and not from_trigger
-    if known or "contact_time_s" in sidecar.scalars.model_fields_set:
-        return ""
-    what, begins = ("record", time[0]) if from_trigger else ("tap", time[tap][0])
-    return (
-        f"the {what} begins at {begins:.4g} s and the motion at 0 s, so its arrival means "
-        f"nothing; state when the motion starts in {beside}: time_offset_s"
-    )
+    first = _first_tap(samples, time, normal, touches, least, origin, sidecar)
+    return SampledTap(time, body, forces, round_off, hidden, least, touches, *first)
 
 
 def _times(samples: Samples, origin: str, sidecar: Sidecar) -> Floats:
@@ -241,65 +194,3 @@ def _first_tap(
             " it; if the tip touches so briefly, sample faster"
         )
     return tap, joined, count
-
-
-def _of_the_whole(sidecar: Sidecar, beside: str) -> str:
-    """What holds for all samples."""
-    body = "doubled from half a body's" if sidecar.half_model else "taken as the whole body's"
-    since = f"less {sidecar.time_offset_s:g} s" if sidecar.time_offset_s else "from the start"
-    unsaid = [key for key in ("half_model", "time_offset_s") if key not in sidecar.model_fields_set]
-    remedy = f" (else {beside}: {', '.join(unsaid)})" if unsaid else ""
-    return f"forces {body}, times {since}{remedy}"
-
-
-def _saturation(name: str, force: Floats, body: float, beside: str) -> str:
-    """A line if a tap's force is held at its largest value in either direction, else nothing."""
-    for one in (force, -force):
-        count, usual = held(one)
-        if count > usual:
-            at = force[np.argmax(one)] / body
-            what = "peak and impulse are" if name == "normal_force" else "its peak is"
-            return (
-                f"{name} is held at {at:.4g} N for {count} samples, of which rounding and a round "
-                f"top explain {usual}: the sensor or its amplifier saturated, so {what} at least "
-                "the curve's and not judged; measure again in a larger range, or state better "
-                f"numbers in {beside}: scalars and their uncertainty"
-            )
-    return ""
-
-
-def _quality(size: Floats, line: ZeroLine, body: float, included: str) -> list[str]:
-    """Lines of an offset of the zero line, of scatter, and of a stray largest sample.
-
-    size : |force| of the tap, N. included : what ends each, for the error of the peak.
-    """
-    notes, peak, raised = [], float(size.max()), excess(size, line.scatter)
-    if line.offset:
-        notes.append(f"the zero line lies at {line.zero / body:.2g} N: subtract it{included}")
-    if raised > RAISED * peak:
-        notes.append(
-            f"samples scatter by {line.scatter / body:.2g} N, which may raise the peak by "
-            f"{raised / body:.2g} N: filter them{included}"
-        )
-    lone = lone_peak(size, LONE * peak + raised) if size.size > FEW + 2 else 0.0
-    if lone:
-        notes.append(
-            f"the largest sample, {peak / body:.4g} N, stands {lone / body:.2g} N above both its "
-            f"neighbours: if it is stray, take it out{included}"
-        )
-    return notes
-
-
-def _intervals(samples: Samples, time: Floats, tap: slice) -> list[str]:
-    """Lines of a gap in the tap, and of few samples."""
-    notes, steps = [], np.diff(time[tap])
-    if steps.max() > COARSE * np.median(steps):
-        where = samples.lines[tap][1 + int(np.argmax(steps))]
-        notes.append(
-            f"a gap in the tap before line {where}, {steps.max():.3g} s (the median step is "
-            f"{np.median(steps):.3g} s), bridged by a straight line"
-        )
-    if steps.size <= FEW:
-        count = f"{steps.size - 1} sample{'s' * (steps.size > 2)}"
-        notes.append(f"the tap has {count}, its peak lies between two of them")
-    return notes

@@ -87,7 +87,7 @@ class Solid(Adapter):
         warm : whether the kernels of the one-point element are loaded.
         """
         import reference_fem
-        from validation.models import solid_accuracy, solid_inputs, solid_mesh
+        from validation.models import solid_accuracy, solid_inputs, solid_mesh, solid_relaxing
 
         tables = scene.tables
         try:  # bad sizes, geometry or settings are ValueErrors that name the key
@@ -97,7 +97,10 @@ class Solid(Adapter):
             coarse = solid_mesh.flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
-            elastic, materials = materials, solid_mesh.materials_within(tables, touch, materials)
+            elastic, materials = (
+                materials,
+                solid_relaxing.materials_within(tables, touch, materials),
+            )
             damped = any(m.relaxation_time for m in materials)
             sizes, edge = solid_mesh.sizes_of(tables), sizing and sizing.tip_size
             if sizes is not None and self.dimension == 3 and settings.element is None:
@@ -109,10 +112,10 @@ class Solid(Adapter):
                 beside = solid_mesh.companion(tables, self.dimension, sizing)
             if materials != elastic:
                 mesh, beside = (
-                    body and solid_mesh.relaxing_near(tables, touch, sizing, body)
+                    body and solid_relaxing.relaxing_near(tables, touch, sizing, body)
                     for body in (mesh, beside)
                 )
-                coarse = coarse and solid_mesh.relaxing_nowhere(coarse)
+                coarse = coarse and solid_relaxing.relaxing_nowhere(coarse)
             one_point = settings.element == reference_fem.ONE_POINT and self.dimension == 3
             if one_point and not damped and not warm:  # a damped one is refused
                 _warm_up_element(self, settings.element)

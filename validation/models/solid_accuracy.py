@@ -15,12 +15,8 @@ from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome, shown
 from validation.models.solid_inputs import Dimension
-from validation.models.solid_mesh import (
-    coarse_flight_s,
-    relaxes_near_the_touch,
-    rod_flight,
-    sizes_of,
-)
+from validation.models.solid_mesh import coarse_flight_s, rod_flight, sizes_of
+from validation.models.solid_relaxing import relaxes_near_the_touch
 from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
 

@@ -18,7 +18,7 @@ from reference_fem.true_body import true_chain
 from reference_fem.workload import UPDATES_PER_S
 from validation.errors import UserError
 from validation.harness.record import RunRecord
-from validation.models import solid, solid_accuracy, solid_inputs, solid_mesh
+from validation.models import solid, solid_accuracy, solid_inputs, solid_mesh, solid_relaxing
 from validation.models.adapter import Outcome
 from validation.models.solid_accuracy import accuracy_record, largest_share, solved_within
 from validation.models.solid_inputs import Dimension
@@ -76,7 +76,7 @@ def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: 
     tables = load_scene("soft", overrides).tables
     given = solid_inputs.solid_parts(tables).materials
     _, touch = solid_mesh.sizing_of(tables, 3)
-    for one in solid_mesh.materials_within(tables, touch, given):
+    for one in solid_relaxing.materials_within(tables, touch, given):
         wanted = share and share * touch.patch_radius / one.bar_speed
         assert one.relaxation_time == pytest.approx(wanted, rel=1e-12)
 
@@ -98,7 +98,7 @@ def test_elements_near_the_touch_alone_relax(of: str) -> None:
     sizing, touch = solid_mesh.sizing_of(tables, dimension)
     assert (touch.angle < 0) == (of == "swung over")
     mesh = solid_mesh.build_mesh(tables, dimension, sizing)
-    marked = solid_mesh.relaxing_near(tables, touch, sizing, mesh)
+    marked = solid_relaxing.relaxing_near(tables, touch, sizing, mesh)
     surface = mesh.points[np.unique(mesh.facet_sets["surface"])]
     if dimension == 3:
         surface = surface[np.abs(surface[:, 2]) < 1e-9]
@@ -138,7 +138,7 @@ def test_where_all_elements_relax_and_where_the_nearest(
     tables = load_scene("soft", ["solver.accuracy=1e-2", *overrides]).tables
     sizing, touch = solid_mesh.sizing_of(tables, 2)
     mesh = solid_mesh.build_mesh(tables, 2, sizing)
-    marked = solid_mesh.relaxing_near(tables, touch, sizing, mesh)
+    marked = solid_relaxing.relaxing_near(tables, touch, sizing, mesh)
     found = marked.cell_sets.get("relaxing")
     assert (None if found is None else len(found)) == wanted
 
@@ -162,7 +162,7 @@ def test_an_accuracy_leaves_a_mesh_file_as_it_is() -> None:
     tables = load_scene("soft", (STRICT, "solver.fem.mesh=finger.msh")).tables
     assert solid_mesh.sizes_of(tables) is None
     given = solid_inputs.solid_parts(tables).materials
-    assert solid_mesh.materials_within(tables, None, given) == given
+    assert solid_relaxing.materials_within(tables, None, given) == given
 
 
 def test_one_point_elements_are_left_where_the_material_relaxes() -> None:

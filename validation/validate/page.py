@@ -10,7 +10,7 @@ from validation.harness.page import opening, write_page
 from validation.harness.tables import table_of, write_table
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
-from validation.validate import headline, plan, tables
+from validation.validate import headline, patches, plan, tables
 from validation.validate.ladder import rungs
 from validation.validate.ladder.ladder import (
     Ladder,
@@ -68,7 +68,7 @@ TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the 
         "Models of the ladder against the reference that is known best, and their time",
     ),
     "contact_patch": (
-        tables.PATCH_COLUMNS,
+        patches.PATCH_COLUMNS,
         "Contact patch and pressure at peak force, beside Hertz",
     ),
 }
@@ -86,7 +86,7 @@ def table_rows(ladder: Ladder, runs: Runs) -> Rows:
         "table_3": tables.paper_rows(runs, tables.TABLE_3),
         "reference_checks": [*tables.shaft_holes(runs), *ladder.checks],
         "accuracy_cost": tables.accuracy_against_cost(runs, ladder.predictions, ladder.references),
-        "contact_patch": tables.contact_patches(runs, ladder.references),
+        "contact_patch": patches.contact_patches(runs, ladder.references),
     }
 
 

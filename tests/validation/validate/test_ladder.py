@@ -50,13 +50,13 @@ from validation.validate.ladder.runs import (
     touching_meshes,
 )
 from validation.validate.page import ladder_context, table_rows, write_tables
+from validation.validate.patches import contact_patches
 from validation.validate.plan import Runs, paper_jobs
 from validation.validate.tables import (
     TABLE_2,
     TABLE_3,
     accuracy_against_cost,
     check_row,
-    contact_patches,
     paper_rows,
     shaft_holes,
 )

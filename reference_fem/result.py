@@ -57,9 +57,11 @@ _ADVICE = {
         "refine the mesh where it touches (solver.fem.tip_size), or use 'surface'"
     ),
     Status.INVERTED_ELEMENT: (
-        "an element turned inside out: refine the mesh where it is crushed (solver.fem.tip_size), "
-        "soften the contact, or use a stiffer material; a soft finger that flew as rigid bodies "
-        "may arrive too fast: let it bend on its way (solver.fem.flight = 'coarse')"
+        "an element turned inside out: use a stiffer material or a slower impact, as the material "
+        "law (St. Venant-Kirchhoff) softens where it is crushed, on finer meshes the sooner; a "
+        "coarse mesh or a stiff contact may do it too: refine where it touches "
+        "(solver.fem.tip_size), soften the contact; a soft finger that flew as rigid bodies may "
+        "arrive too fast: let it bend on its way (solver.fem.flight = 'coarse')"
     ),
     Status.PASSED_THROUGH: (
         "this model lets only the last phalanx touch: try another surface.height, mostly a larger "

@@ -8,13 +8,21 @@
 ...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
 """
 
-from reference_fem.accuracy import ACCURACY_QUANTITIES, COARSEST, ONE_POINT, SMALLEST, sizes_for
+from reference_fem.accuracy import ACCURACY_QUANTITIES, COARSEST, SMALLEST, sizes_for
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
 from reference_fem.flight_error import RodFlight, rod_flight
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
-from reference_fem.settings import Drive, Material, Settings, Surface, TorqueTable
+from reference_fem.settings import (
+    ONE_POINT,
+    OTHER_ELEMENTS,
+    Drive,
+    Material,
+    Settings,
+    Surface,
+    TorqueTable,
+)
 from reference_fem.simulate import simulate
 from reference_fem.touch import Touch, impact_state, predicted_touch
 
@@ -22,6 +30,7 @@ __all__ = [
     "ACCURACY_QUANTITIES",
     "COARSEST",
     "ONE_POINT",
+    "OTHER_ELEMENTS",
     "SMALLEST",
     "ChainState",
     "Drive",

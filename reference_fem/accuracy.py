@@ -8,6 +8,7 @@ the soft finger's tap at 1 %, scaled to other accuracies by these powers.
 from dataclasses import dataclass
 
 from reference_fem.mesh_error import EDGE_EXPONENT
+from reference_fem.settings import ONE_POINT
 
 ACCURACY_QUANTITIES = (
     "peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s",
@@ -40,7 +41,7 @@ RELAXATION_REACH = 2.0
 # 0.43 % at most, by 0.08 % in the median.
 FLUTTER_FRICTION = 0.15
 # Elements of one point moved the hard finger's peak and duration by 0.7 and 2 %.
-ONE_POINT, ONE_POINT_FROM = "hex8-one-point", 0.02
+ONE_POINT_FROM = 0.02
 
 
 @dataclass(frozen=True)

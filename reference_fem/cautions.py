@@ -8,7 +8,7 @@ import numpy as np
 from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
 from reference_fem.result import ForceRecord, History, Snapshot
-from reference_fem.settings import Settings
+from reference_fem.settings import NEO_HOOKE, Settings
 
 # Limit of the second difference of F_n at its peak over three times the peak, for lags of one step
 # up to the time that a wave takes across a cell (the longest, τ). A wave of frequency ω gives (ω
@@ -21,8 +21,6 @@ FEWEST_STEPS = 100
 # Residual of the energy balance over the largest kinetic energy above which a run is cautioned: the
 # impulse of a rebound changes by about half of it.
 CAUTION_RESIDUAL = 0.02
-# Volume ratio below which St. Venant-Kirchhoff's law softens when confined: d/dλ λ(λ² - 1) = 0.
-CRUSHED = 3.0**-0.5
 # Largest share of the elastic energy in the contact's springs: in series with the body they change
 # force and duration by half of it.
 SPRINGS = 0.1
@@ -124,11 +122,12 @@ def crushed(run: Evidence) -> str:
         (run.model.kernel.min_det_F(s.displacement) for s in run.snapshots if s.at_peak),
         default=1.0,
     )
-    if smallest >= CRUSHED:
+    if smallest >= run.model.kernel.kind.softens:
         return ""
     return (
         f"an element is crushed to {100 * smallest:.3g} % of its volume, where the material "
-        "law (St. Venant-Kirchhoff) softens: use a stiffer material or a slower impact"
+        "law (St. Venant-Kirchhoff) softens: use a stiffer material, a slower impact or, in 3D, "
+        f"another law (solver.fem.element = '{NEO_HOOKE}')"
     )
 
 

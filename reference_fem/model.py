@@ -10,12 +10,26 @@ from reference_fem.arrays import Array, Index
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.laws import TouchingBody, contact_law
 from reference_fem.elements.base import ElementKernel
-from reference_fem.elements.kinds import chord_thickness, hex8, hex8_one_point, quad4_plane_stress
+from reference_fem.elements.kinds import (
+    chord_thickness,
+    hex8,
+    hex8_neo_hooke,
+    hex8_one_point,
+    quad4_plane_stress,
+)
 from reference_fem.joints.hinges import Hinges, build_hinges, mean_weights
 from reference_fem.joints.section import Couple, build_section
 from reference_fem.mesh_sets import bodies, symmetry_plane, wanted
 from reference_fem.rigid_chain import RigidChain, build_chain
-from reference_fem.settings import Drive, Material, Settings, Surface, check_materials
+from reference_fem.settings import (
+    NEO_HOOKE,
+    ONE_POINT,
+    Drive,
+    Material,
+    Settings,
+    Surface,
+    check_materials,
+)
 from reference_fem.stable_step import stable_step
 from reference_fem.stress_probe import StressProbe, build_probe
 from reference_fem.ties import Ties, ties_of
@@ -72,7 +86,7 @@ class Model:
 
 # Formulations by space dimension; the first of each is the default.
 ELEMENTS: dict[int, dict[str, Callable[..., ElementKernel]]] = {
-    3: {"hex8-sri": hex8, "hex8-one-point": hex8_one_point},
+    3: {"hex8-sri": hex8, ONE_POINT: hex8_one_point, NEO_HOOKE: hex8_neo_hooke},
     2: {"quad4-plane-stress": quad4_plane_stress},
 }
 

@@ -17,6 +17,8 @@ from reference_fem.torques import Torques
 
 Flight = Literal["rigid", "explicit", "coarse"]
 Contact = Literal["penalty", "surface", "impulse"]
+ONE_POINT, NEO_HOOKE = OTHER_ELEMENTS = ("hex8-one-point", "hex8-neo-hooke")
+"""Elements in 3D that are not the default, with kernels of their own."""
 
 LONGEST_S = 1e12
 """Bound on times: beyond it sums of steps lose their digits."""
@@ -188,7 +190,8 @@ class Settings:
     waking a second one costs as much as it saves, else all that numba may use."""
     element: str | None = None
     """Name of the element formulation, one of `model.ELEMENTS` for the mesh's dimension; None takes
-    the first of them."""
+    the first of them. In 3D "hex8-sri", "hex8-one-point" and "hex8-neo-hooke", whose material is
+    not St. Venant-Kirchhoff's but neo-Hookean: for silicones that are crushed."""
     flight: Flight = "rigid"
     """Rigid: the finger's own rigid chain flies up to the contact window. Explicit: all of it, from
     rest, by the explicit loop. Coarse: likewise, but up to the contact window on a coarser mesh of

@@ -23,7 +23,7 @@ from reference_fem.result import Status, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, inner_gap, surface_gap
 from reference_fem.scene import Scene, check_optional
-from reference_fem.settings import Drive, Material, Settings, Surface
+from reference_fem.settings import ONE_POINT, Drive, Material, Settings, Surface
 from reference_fem.workload import TooLongError, check_work
 
 # A force evaluation of this many cells takes about a millisecond on one thread.
@@ -140,7 +140,7 @@ def _solve(
             # one-point elements have no damping
             damped = light_mesh.relaxing.size and any(m.relaxation_time for m in scene.materials)
             one = light_mesh.dim == 3 and not damped
-            others = replace(settings, contact="impulse", element="hex8-one-point" if one else None)
+            others = replace(settings, contact="impulse", element=ONE_POINT if one else None)
             coarse = coarse_flight(build_model(light_mesh, *parts, others), model)
         reporting = Reporting(progress, file, started)
         if archive is not None and file is not None:

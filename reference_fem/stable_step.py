@@ -53,7 +53,7 @@ def stable_step(
         stiffness = contact_stiffness + 2.0 * damping / limit
         springs[contact_nodes] = stiffness
         springs = ties.sums(springs)
-        highest = lanczos_frequency(kernel, springs, symmetry, ties)
+        highest = kernel.kind.stiffening * lanczos_frequency(kernel, springs, symmetry, ties)
         if not (math.isfinite(highest) and highest > 0.0):
             raise ValueError(
                 f"highest frequency = {highest} rad/s: no stable step exists; check the mesh for "

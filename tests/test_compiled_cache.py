@@ -111,7 +111,11 @@ TAPS = {
     ],
     "hcm-refined": [(), ("material.relaxation_time=1e-6", "tip.restitution=0.6")],
     "fem2d": [(), ("solver.fem.contact='impulse'", "material.relaxation_time=1e-8")],
-    "fem3d": [(), ("solver.fem.element='hex8-one-point'", "solver.fem.accuracy=5e-2")],
+    "fem3d": [
+        (),
+        ("solver.fem.element='hex8-one-point'", "solver.fem.accuracy=5e-2"),
+        ("solver.fem.element='hex8-neo-hooke'", "solver.fem.accuracy=5e-2"),
+    ],
 }
 
 

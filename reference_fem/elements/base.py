@@ -11,6 +11,7 @@ else elements share is in `blocks`, `loops` and `threads`):
    workspace inside the object, so one object serves one caller at a time (it is not re-entrant).
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -30,15 +31,27 @@ from reference_fem.elements.stress import (
     von_mises,
 )
 
+SOFTENS = 1.0 / math.sqrt(3.0)
+"""Volume ratio below which St. Venant-Kirchhoff's law softens when confined: d/dλ λ(λ² - 1) = 0."""
+
 
 class ElementKind(NamedTuple):
-    """A class of `Blocks`, the rows of its kernels' workspace and, where the pressure lambda tr E
-    is not that of F, what fills it: (blocks, displacement, cells, out (n,) in Pa).
+    """What the elements of a kind do not share with others.
+
+    blocks, scratch_rows : the class of `Blocks`, and the rows of its kernels' workspace
+    pressures : what fills in the pressure (blocks, displacement, cells, out (n,) in Pa) where it is
+        not the lambda tr E of F
+    stress : its Cauchy stress, with the parameters of `cauchy_stress`
+    softens : volume ratio below which the material softens when confined
+    stiffening : ratio to which its highest frequency may grow from that at rest
     """
 
     blocks: type[Blocks]
     scratch_rows: int
     pressures: Callable[[Blocks, Array, Index, Array], None] | None = None
+    stress: Callable[..., Array] = cauchy_stress
+    softens: float = SOFTENS
+    stiffening: float = 1.0
 
 
 class Forces(NamedTuple):
@@ -148,7 +161,7 @@ class ElementKernel:
             pressures = np.empty(len(chosen))
             self.kind.pressures(self.blocks, u, chosen, pressures)
         given, components = (self.cells, self.gradients), COMPONENTS[self.dim]
-        stress = cauchy_stress(u, *given, chosen, self.mu, self.lame, pressures, components)
+        stress = self.kind.stress(u, *given, chosen, self.mu, self.lame, pressures, components)
         relaxing = np.flatnonzero(self.relaxation[chosen])
         if velocity is not None and relaxing.size:
             some = chosen[relaxing]

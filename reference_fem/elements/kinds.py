@@ -7,11 +7,22 @@ from reference_fem.elements.base import ElementKernel, ElementKind, lame_constan
 from reference_fem.elements.blocks import make_blocks
 from reference_fem.elements.geometry import by_element, check_mesh, geometries
 from reference_fem.elements.hexahedron import eight_point_kernel as eight_point
+from reference_fem.elements.hexahedron import neo_hooke_kernel as neo_hooke
 from reference_fem.elements.hexahedron import one_point_kernel as one_point
 from reference_fem.elements.quadrilateral import kernel as quad4
+from reference_fem.elements.stress import neo_hooke_stress
 
 EIGHT_POINT = ElementKind(eight_point.Hex8Blocks, eight_point.SCRATCH_ROWS, eight_point.pressures)
 ONE_POINT = ElementKind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS)
+# Confined and crushed to J a neo-Hookean element is (1 + J^-2)/2 times as stiff: 4 at J = 0.38.
+NEO_HOOKE = ElementKind(
+    neo_hooke.NeoHookeBlocks,
+    eight_point.SCRATCH_ROWS,
+    neo_hooke.pressures,
+    neo_hooke_stress,
+    softens=0.0,
+    stiffening=2.0,
+)
 PLANE_STRESS = ElementKind(quad4.Quad4Blocks, quad4.SCRATCH_ROWS)
 
 HOURGLASS = 1.0  # c of 1-point hexahedra: exact bending of a cube
@@ -31,6 +42,18 @@ def hex8(
     """
     mesh = check_mesh(points, cells, 3)
     return _at_all_points(EIGHT_POINT, mesh, lame_constants(young, poisson), density, relaxation)
+
+
+def hex8_neo_hooke(
+    points: Array, cells: Index, young: Array, poisson: Array, density: Array,
+    relaxation: Array | None = None,
+) -> ElementKernel:  # fmt: skip
+    """8-node hexahedra with a mean volume, of a compressible neo-Hookean material.
+
+    Parameters and errors are those of `hex8`.
+    """
+    mesh = check_mesh(points, cells, 3)
+    return _at_all_points(NEO_HOOKE, mesh, lame_constants(young, poisson), density, relaxation)
 
 
 def quad4_plane_stress(
@@ -61,11 +84,17 @@ def _at_all_points(
         lambda g: (g.rows_of_points(), g.volume, g.corner_volumes, g.centre_gradients),
     )
     tau = np.zeros(len(cells)) if relaxation is None else relaxation
-    last = lame / volume if kind is EIGHT_POINT else lame
-    # relaxation times are not stored if all are zero
-    rows = np.column_stack((of_points, mu, last, *([tau] if tau.any() else [])))
+    rows = [of_points, mu, lame]
+    if kind is EIGHT_POINT:
+        rows[-1] = lame / volume
+    elif kind is NEO_HOOKE:
+        rows[-1:] = 0.5 * lame, 1.0 / volume
+    if tau.any():  # they are not stored if all are zero
+        rows.append(tau)
     masses = density[:, None] * corner_volumes
-    return _kernel(kind, mesh, constants, (volume, masses, centre_gradients), tau, rows)
+    return _kernel(
+        kind, mesh, constants, (volume, masses, centre_gradients), tau, np.column_stack(rows)
+    )
 
 
 def hex8_one_point(

@@ -81,6 +81,19 @@ def cauchy_stress(
     return stress
 
 
+def neo_hooke_stress(
+    displacement: Array, cells: Index, gradients: Array, chosen: Index, mu: Array, _lame: Array,
+    pressures: Array, components: tuple[Index, Index],
+) -> Array:  # fmt: skip
+    """Components of p I + mu (F F^T - I)/det F of the chosen cells, (n, components), Pa."""
+    h = field_gradients(displacement, cells, gradients, chosen)
+    unit = np.eye(h.shape[1])
+    strain = h + h.transpose(0, 2, 1) + h @ h.transpose(0, 2, 1)
+    share = (mu[chosen] / np.linalg.det(unit + h))[:, None, None]
+    stress = share * strain + pressures[:, None, None] * unit
+    return np.asarray(stress[:, *components])
+
+
 def damping_stress(f: Array, rate: Array, mu: Array, lame: Array, relaxation: Array) -> Array:
     """Cauchy stress F S F^T / det F (n, dim, dim) of S = tau (lambda tr E. I + 2 mu E.), Pa.
 

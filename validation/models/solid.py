@@ -84,7 +84,7 @@ class Solid(Adapter):
         A scene may state its edges at the contact: then a mesh that is finer elsewhere is judged
         by a companion of its own, as one of the same edges there tells next to nothing.
 
-        warm : whether the kernels of the one-point element are loaded.
+        warm : whether the kernels of an element that is not the default are loaded.
         """
         import reference_fem
         from validation.models import solid_accuracy, solid_inputs, solid_mesh, solid_relaxing
@@ -97,10 +97,8 @@ class Solid(Adapter):
             coarse = solid_mesh.flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
-            elastic, materials = (
-                materials,
-                solid_relaxing.materials_within(tables, touch, materials),
-            )
+            elastic = materials
+            materials = solid_relaxing.materials_within(tables, touch, elastic)
             damped = any(m.relaxation_time for m in materials)
             sizes, edge = solid_mesh.sizes_of(tables), sizing and sizing.tip_size
             if sizes is not None and self.dimension == 3 and settings.element is None:
@@ -116,9 +114,10 @@ class Solid(Adapter):
                     for body in (mesh, beside)
                 )
                 coarse = coarse and solid_relaxing.relaxing_nowhere(coarse)
-            one_point = settings.element == reference_fem.ONE_POINT and self.dimension == 3
-            if one_point and not damped and not warm:  # a damped one is refused
-                _warm_up_element(self, settings.element)
+            element = settings.element if self.dimension == 3 else None
+            refused = damped and element == reference_fem.ONE_POINT
+            if element in reference_fem.OTHER_ELEMENTS and not refused and not warm:
+                _warm_up_element(self, element, damped)
             start = time.perf_counter()
             restart = None
             if checkpoint is not None:
@@ -160,9 +159,9 @@ def _may_judge(coarser: _Solve, settings: Any, edge: float | None) -> bool:
 
 
 @cache
-def _warm_up_element(model: Solid, element: str) -> None:
+def _warm_up_element(model: Solid, element: str, damped: bool) -> None:
     """Tap with an element that is not the default, once per process: it has its own kernels."""
-    keys = f"solver.fem.element={element}", "material.relaxation_time=0"
+    keys = f"solver.fem.element={element}", f"material.relaxation_time={1e-8 * damped:g}"
     warmed = model._solved(load_scene("soft", (*WARM_UP, *keys)), None, None, [], warm=True)
     unless_interrupted(warmed.record)
 

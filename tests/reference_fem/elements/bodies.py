@@ -8,7 +8,12 @@ import pytest
 
 from reference_fem.elements.base import ElementKernel
 from reference_fem.elements.geometry import CORNERS
-from reference_fem.elements.kinds import hex8, hex8_one_point, quad4_plane_stress
+from reference_fem.elements.kinds import (
+    hex8,
+    hex8_neo_hooke,
+    hex8_one_point,
+    quad4_plane_stress,
+)
 
 YOUNG, POISSON, DENSITY, SIZE, THICKNESS = 1e9, 0.4, 1400.0, 1e-3, 5e-3
 
@@ -41,6 +46,11 @@ def kernel(points: np.ndarray, cells: np.ndarray, poisson: float = POISSON) -> E
     return hex8(points, cells, *material(len(cells), poisson))
 
 
+def neo_hooke(points: np.ndarray, cells: np.ndarray, poisson: float = POISSON) -> ElementKernel:
+    """Neo-Hookean 8-point hexahedra."""
+    return hex8_neo_hooke(points, cells, *material(len(cells), poisson))
+
+
 def one_point(points: np.ndarray, cells: np.ndarray, poisson: float = POISSON) -> ElementKernel:
     """1-point hexahedra."""
     return hex8_one_point(points, cells, *material(len(cells), poisson))
@@ -57,6 +67,7 @@ def sheet(
 KINDS: dict[str, tuple[Callable[..., ElementKernel], int]] = {
     "hex8-sri": (kernel, 3),
     "hex8-one-point": (one_point, 3),
+    "hex8-neo-hooke": (neo_hooke, 3),
     "quad4": (sheet, 2),
 }
 each_kind = pytest.mark.parametrize("kind", KINDS)

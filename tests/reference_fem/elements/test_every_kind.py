@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import eigh
 
 from reference_fem.elements.base import ElementKernel
+from reference_fem.elements.kinds import NEO_HOOKE
 from reference_fem.stable_step import lanczos_frequency
 from tests.reference_fem.elements.bodies import (
     KINDS,
@@ -37,6 +38,19 @@ def distorted(request: pytest.FixtureRequest) -> Body:
     return points, k
 
 
+def law(kind: str, f: np.ndarray) -> tuple[np.ndarray, float]:
+    """Second Piola-Kirchhoff stress, Pa, and energy per volume, Pa, of F."""
+    unit, lame, right = np.eye(len(f)), LAME[len(f)], f.T @ f
+    if kind == "hex8-neo-hooke":
+        inverse, volume = np.linalg.inv(right), np.linalg.det(f)
+        piola = MU * (unit - inverse) + 0.5 * lame * (volume**2 - 1) * inverse
+        shape = 0.5 * MU * (np.trace(right) - 3) - MU * np.log(volume)
+        return piola, shape + 0.25 * lame * (volume**2 - 1) - 0.5 * lame * np.log(volume)
+    strain = 0.5 * (right - unit)
+    piola = lame * np.trace(strain) * unit + 2 * MU * strain
+    return piola, 0.5 * np.sum(piola * strain)
+
+
 def moved(points: np.ndarray, seed: int) -> np.ndarray:
     return 0.1 * SIZE * np.random.default_rng(seed).standard_normal(points.shape)
 
@@ -45,20 +59,19 @@ def moved(points: np.ndarray, seed: int) -> np.ndarray:
 def test_patch_linear_displacement(kind: str) -> None:
     """Any F: one stress everywhere, no net force inside, and the energy W(F) V."""
     points, _, k = body(kind, (5, 4, 3), 0.15)
-    dim, unit = k.dim, np.eye(k.dim)
+    dim = k.dim
     assert (k.n_nodes, k.n_cells) == ((120, 60) if dim == 3 else (30, 20))
     assert (k.lumped_mass.shape, k.cell_volume.shape) == ((k.n_nodes,), (k.n_cells,))
     slope = np.array([[0.1, 0.2, 0.0], [-0.05, -0.1, 0.3], [0.1, 0.0, 0.05]])[:dim, :dim]
-    f = unit + slope
+    f = np.eye(dim) + slope
     u = points @ slope.T
-    strain = 0.5 * (f.T @ f - unit)
-    trace = np.trace(strain)
-    piola = LAME[dim] * trace * unit + 2 * MU * strain
+    piola, density = law(kind, f)
+    trace = 0.5 * (np.sum(f * f) - dim)
     # a sheet thins
     through = 1.0 if dim == 3 else np.sqrt(1 - 2 * POISSON / (1 - POISSON) * trace)
     cauchy = f @ piola @ f.T / (np.linalg.det(f) * through)
     assert np.allclose(k.cell_stress(u), cauchy[COMPONENTS[dim]], rtol=1e-11, atol=0)
-    energy = 0.5 * np.sum(piola * strain) * k.cell_volume.sum()
+    energy = density * k.cell_volume.sum()
     assert k.energies(u)[0] == pytest.approx(energy, rel=1e-12)
     assert k.energies(u)[1] < 1e-20 * energy
     assert k.min_det_F(u) == pytest.approx(np.linalg.det(f), rel=1e-12)
@@ -80,7 +93,9 @@ def test_rigid_motion_costs_nothing(distorted: Body, degrees: int) -> None:
     area = SIZE**2 if k.dim == 3 else SIZE * 1.2 * THICKNESS
     assert np.abs(force(k, now - points)).max() < noise * YOUNG * area
     assert np.abs(k.cell_stress(now - points)).max() < noise * YOUNG
-    assert k.energies(now - points)[0] < noise**2 * YOUNG * k.cell_volume.sum()
+    # that of neo-Hookean bodies is a difference of numbers of order one
+    least = np.finfo(float).eps if k.kind is NEO_HOOKE else noise**2
+    assert abs(k.energies(now - points)[0]) < least * YOUNG * k.cell_volume.sum()
 
 
 def test_force_is_the_gradient_of_the_energy(distorted: Body) -> None:
@@ -115,7 +130,7 @@ def test_stress_of_chosen_cells(distorted: Body) -> None:
     assert np.array_equal(k.cell_stress(u, chosen), k.cell_stress(u)[chosen])
 
 
-@each_kind
+@pytest.mark.parametrize("kind", [kind for kind in KINDS if kind != "hex8-neo-hooke"])
 def test_uniaxial_tension_of_st_venant_kirchhoff(kind: str) -> None:
     """Lateral stretch from S_yy = 0: E_yy = -nu E_xx; then S_xx = E E_xx, N = stretch S_xx A."""
     points, _, k = body(kind, (4, 2, 2))

@@ -26,7 +26,7 @@ from hcm.estimate import (
     relative_errors,
     tap_peaks,
 )
-from hcm.fall import Fall, bending_wave_stress, omitted_time
+from hcm.fall import Fall, bending_wave_stress, magnified, omitted_time
 from hcm.model import Scene
 from hcm.other_ends import open_ends, with_other_ends
 from hcm.parameters import GAUSS, Finger
@@ -242,6 +242,7 @@ def _compared(
         *caution(relative_errors(result.summary, errors), settings, remedy),
         *later_taps(tap_peaks(result), tap_peaks(coarse)),
         *other_transitions(result, coarse, remedy),
+        *(magnified(chosen.scene, chosen.fall) if chosen.fall else ()),
     )
     both = result.summary, coarse.summary
     pairs = [[getattr(of, name) for of in both] for name in ACCURACY_QUANTITIES]

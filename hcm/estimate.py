@@ -29,7 +29,7 @@ from hcm.companion import (
     undamped_settings,
 )
 from hcm.contact.law import STICK
-from hcm.fall import bending_wave_stress, omitted_time
+from hcm.fall import bending_wave_stress, magnified, omitted_time, rods_fall
 from hcm.flight_band import flight_band, touch_band
 from hcm.model import Scene
 from hcm.parameters import GAUSS, Settings
@@ -304,4 +304,6 @@ def estimate_errors(
             return own.as_ended(Status.UNREPEATABLE, doubt + by)
     doubts = caution(relative_errors(own.summary, errors), settings)
     doubts += later_taps(tap_peaks(own), tap_peaks(other))
+    if fall := rods_fall(scene):
+        doubts += magnified(scene, fall)
     return replace(own, errors=errors, cautions=(*own.cautions, *doubts))

@@ -19,9 +19,11 @@ from reference_fem.arrays import Array
 from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
 from reference_fem.error_cautions import flutter, imprecise, later_taps, percent, unlike_shape
 from reference_fem.flight_error import (
+    CHANGE,
     Flight,
     OmittedMotion,
     arrival_errors,
+    magnified,
     omitted_motion,
     speed_exponent,
 )
@@ -55,6 +57,10 @@ ELSEWHERE = (
     "the round end's own flight leads to a different first touch: it grazes the surface, or "
     "magnifies small differences, so no mesh can tell which comes first: start nearer ([start])"
 )
+MAGNIFIED = (
+    "the flight magnifies its start: angles changed by {:g} rad change the speed of approach by "
+    "{}, which the errors leave out: start nearer ([start])"
+)
 RINGS = "bending, stretching and vibration in flight change the tap by {}: {}"
 REMEDY = {
     "rigid": "let the elements fly (solver.fem.flight = 'coarse', or 'explicit'), or start nearer",
@@ -64,6 +70,8 @@ REMEDY = {
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
 # Relative error of the impulse by motion that a flight omits, above which a run is cautioned.
 LARGEST_LEFT_OUT = 0.01
+# Relative change of the speed of approach by the start's angles, above which a run is cautioned.
+LARGEST_MAGNIFIED = 0.01
 # Clearance at the companion's start, over the tip's radius: more than the height of any mesh's
 # lowest nodes above the true round end.
 CLEARANCE = 0.05
@@ -171,7 +179,7 @@ def estimated(
     doubts = (
         *imprecise(run.summary, errors, of_tap.of_mesh, resolution.edge_over_patch),
         *of_tap.open_ends,
-        *_flight_doubts(of_flight, scene.settings.flight, approach_speed, unlike),
+        *_flight_doubts(of_flight, flight, scene.settings.flight, approach_speed, unlike),
         *flutter(
             run.forces, scene.surface.friction, scene.materials[-1], resolution.edge,
             resolution.patch,
@@ -257,20 +265,25 @@ def _tap_part(
 
 
 def _flight_doubts(
-    errors: FlightErrors, flight: str, approach_speed: float, unlike: tuple[str, ...]
+    errors: FlightErrors, flight: Flight, how: str, approach_speed: float, unlike: tuple[str, ...]
 ) -> tuple[str, ...]:
     """A caution where the true body comes to another touch, unless its masses may explain that, or
-    a flight omits too much of a tap. unlike : of `unlike_shape`.
+    a flight magnifies its start or omits too much of a tap.
+
+    how : `Settings.flight`. unlike : of `unlike_shape`.
     """
     if errors.of_speed == math.inf:  # nothing is known of another touch
         return unlike or (ELSEWHERE,)
+    if (by := magnified(flight)) > LARGEST_MAGNIFIED:
+        what = percent(by) if by < math.inf else "an unknown share"
+        unlike = (*unlike, MAGNIFIED.format(CHANGE, what))
     left = errors.omitted.share(IMPULSE, approach_speed)
     if left <= LARGEST_LEFT_OUT:
         return unlike
     share = percent(left) if left < math.inf else "an unknown share"
     # on a coarse mesh, and on any after many periods, the phase of the ringing is arbitrary
     rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
-    remedy = REMEDY["coarse" if rings and flight == "rigid" else flight]
+    remedy = REMEDY["coarse" if rings and how == "rigid" else how]
     return *unlike, RINGS.format(share, remedy)
 
 

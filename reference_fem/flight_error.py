@@ -44,6 +44,8 @@ diameter: (π/2n)²/24 of n elements; 0.1 % at a quarter (measured)."""
 # Tolerance of the true shape's flight: ten times the run's own, so that a flight which magnifies
 # differences shows by how much, but too small for steps that pass over a touch.
 TOLERANCE = 1e-10
+CHANGE = 1e-5
+"""Change of the start's angles, rad, by which a flight that magnifies its start is known."""
 # Difference of a phalanx's angle above which a touch counts as another one, rad.
 OTHER_TOUCH_ANGLE = 0.1
 
@@ -108,6 +110,19 @@ class Flight:
                 return None
             found = state_at(arrival)
         return None if np.abs(found.angles - touch.angles).max() > OTHER_TOUCH_ANGLE else found
+
+
+def magnified(flight: Flight) -> float:
+    """Relative change of the speed of approach if the start's angles change by `CHANGE`, in
+    alternating directions; inf if that leads to another touch.
+    """
+    touch, start = flight.touch, flight.flown.start
+    changed = start.angles + CHANGE * (-1.0) ** np.arange(flight.chain.links)
+    other = flight.touch_of(flight.chain, flight.gap, replace(start, angles=changed))
+    if other is None:
+        return math.inf
+    speed, its = (float(flight.pole_velocity(state)[1]) for state in (touch, other))
+    return abs(its - speed) / max(abs(speed), 1e-300)
 
 
 def arrival_errors(

@@ -16,7 +16,14 @@ from reference_fem.elastic_response import (
     elastic_response,
     loads,
 )
-from reference_fem.flight_error import SETTLING_EFFECT, Flight, OmittedMotion, omitted_motion
+from reference_fem.flight_error import (
+    CHANGE,
+    SETTLING_EFFECT,
+    Flight,
+    OmittedMotion,
+    magnified,
+    omitted_motion,
+)
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import ChainState, chain_and_start
 from reference_fem.rigid_flight import Descent, descent, surface_gap
@@ -222,6 +229,26 @@ def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
         late, apart, *_ = omitted_motion(of, how, WHIRL, FINGER, (SOFT,) * 3, 1.0, 0.2)
         assert late == np.inf
         assert np.isinf(apart).all()
+
+
+def test_how_a_flight_magnifies_its_start() -> None:
+    """A rod falls from its angle a: v_y = l θ' cos θ, θ'^2 = 2 C (sin θ - sin a), at one θ; so
+    dv_y/v_y = -cos a da/(2 (sin θ - sin a)). A whirl comes to another touch.
+    """
+    finger, height = meshes.FingerGeometry((0.04,), (0.01,)), 0.03
+    mesh = meshes.finger_hexahedra(finger, meshes.Sizing(3e-3, 5e-3, 3e-3))
+    settings = rf.Settings(contact="impulse")
+    model = build_model(mesh, (SOFT,), rf.Surface(height, 0.5), rf.Drive(), settings)
+    chain, first = chain_and_start(model.chain, ChainState(np.array([-0.5]), np.zeros(1), 0.0))
+    gap = surface_gap(model, chain)
+    down = descent(chain, gap, first, settings)
+    assert down is not None
+    flight = Flight(chain, gap, model.points[[model.pole]], down)
+    gained = np.sin(flight.touch.angles[0]) - np.sin(-0.5)
+    exact = CHANGE * np.cos(-0.5) / (2 * gained)
+    # the flights' tolerance over the change, and the change's square
+    assert magnified(flight) == pytest.approx(exact, rel=1e-3)
+    assert magnified(flown(SOFT, WHIRL)[1]) > 0.01
 
 
 @pytest.mark.parametrize(("material", "drive"), [(RUBBER, rf.Drive()), (SOFT, DRIVEN)])

@@ -1,4 +1,4 @@
-"""The neo-Hookean hexahedron against mathematics: tension, crushing, small strains, damping, taps."""
+"""The neo-Hookean hexahedron against mathematics: tension, crushing, small strains, damping."""
 
 import math
 

@@ -176,7 +176,7 @@ FILE = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nkind = "file"\nfile = "p.csv
         (FILE + 'columns = ["surface.height"]\n', "surface.friction\n1\n", "is missing: it has"),
         (FILE + '[set]\n"surface.friction" = 0.5\n', "surface.friction\n1\n", "set in the plan"),
         (FILE.replace('"hcm"', COARSE), "finger.elements\n9\n", "set in the plan too"),
-        (FILE.replace("p.csv", "p\\u0000.csv"), None, "cannot be read (embedded null byte)"),
+        (FILE.replace("p.csv", "p\\u0000.csv"), None, "cannot be read ("),
         (
             FILE,
             "drive.torques,drive.torques.time\n[0],[0]\n",

@@ -701,7 +701,8 @@ def test_a_finer_mesh_is_asked_for_where_it_may_remove_half_of_an_error(
     part = {} if of_mesh is None else {PEAK: 2.0 * of_mesh}
     (line,) = imprecise(summary, {PEAK: 0.2}, part, 0.7)
     assert line.startswith("estimated errors beyond 2 %: peak normal force 10 %")
-    assert ("an edge where it touches is 0.7 of the patch's radius: refine" in line) is refine
+    asked = "an edge where it touches is 0.7 of the patch's radius: ask for a smaller accuracy"
+    assert (asked in line) is refine
 
 
 def test_a_velocitys_error_is_that_of_its_worse_component_over_the_speed() -> None:

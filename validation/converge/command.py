@@ -30,6 +30,7 @@ from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import with_error
 from validation.models.adapter import Progress
 from validation.models.solid_mesh import size_scale
+from validation.runs.execute import warm_up
 from validation.scenes.solver_tables import SIZES
 
 
@@ -46,9 +47,13 @@ def run_levels(
         found: dict[float, Values] = {}
         for size, overrides in refinement.levels.items():
             text = f"{refinement.name}: {refinement.size_name} {size:.3g}"
-            progress(next(done) / total, text)
+            number = next(done)
+            progress(number / total, text)
             try:
                 values = runs.run(overrides)
+            except KeyboardInterrupt:
+                say(f"stopped at level {number + 1} of {total}: the same command goes on there")
+                raise
             except RunFailedError as error:
                 failures.append(f"{text}: {error}")
                 continue
@@ -110,6 +115,8 @@ def run_converge(
             check_given(overrides, wanted)
             name = verdicts.study_name(runs.scene.name, model, quick)
             folder = alone.enter_context(exclusive_folder(out / "converge" / name))
+            progress(0.0, "compiling")
+            warm_up(model)  # else it is in the first level's time
             results, failures = run_levels(runs, wanted, progress)
             progress(0.98, "preset converged")
             preset = None

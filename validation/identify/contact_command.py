@@ -22,8 +22,11 @@ def rows(found: ContactIdentification) -> list[dict[str, Any]]:
     """The identified values beside theory and the scene's own."""
     theory = 1.25 * found.force_N / found.hertz_N_per_m
     own, round_end = (
-        f"touching at {90.0 - abs(angle):.1f} degrees"
-        for angle in (found.touch_angle_deg, found.round_touch_angle_deg)
+        f"{where} touching at {90.0 - abs(angle):.1f} degrees"
+        for where, angle in (
+            ("the end of the axis", found.touch_angle_deg),
+            ("the lowest point of the round end", found.round_touch_angle_deg),
+        )
     )
     return [
         {

@@ -222,7 +222,7 @@ def _work(tasks: Sequence[Task]) -> list[RunRecord]:
     return records
 
 
-def _warm_up(*names: str) -> None:
+def warm_up(*names: str) -> None:
     """Compile what is not compiled yet; a model that fails here reports it when it runs."""
     for name in names:
         with contextlib.suppress(Exception):
@@ -241,7 +241,7 @@ def compile_in_fresh_process(
         kinds.setdefault(adapter(name).kind, []).append(name)
         say(f"loading the compiled code of {name}; the first time it is compiled")
     with workers(max(len(kinds), 1)) as pool:
-        for job in [pool.submit(_warm_up, *names) for names in kinds.values()]:
+        for job in [pool.submit(warm_up, *names) for names in kinds.values()]:
             with contextlib.suppress(RunFailedError):  # the run that crashes reports it
                 job.result()
 

@@ -5,7 +5,7 @@ from validation.harness.page import above_or_below, opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity, quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out
-from validation.validate.plan import PAPER_REDUCED, REFINED, RunName, Runs
+from validation.validate.plan import PAPER_REDUCED, PLANE, REFINED, RunName, Runs
 
 TANGENTIAL = quantity("peak_tangential_force_N")
 MATTERS = 1.0  # percent of peak, impulse or duration
@@ -75,9 +75,17 @@ def unit_notes(runs: Runs) -> list[str]:
 
 
 def cautions(runs: Runs) -> list[str]:
-    """The doubts that the compared runs and their references state."""
-    named = (run for s in runs.scenes for run in (*runs.compared(s), runs.reference(s)))
-    return [f"{run.scene}, {run.label}: {run.doubt}" for run in named if run and run.doubt]
+    """The doubts that the compared runs and their references state, and whether bodies differ."""
+    found = list[str]()
+    for scene in runs.scenes:
+        named = [run for run in (*runs.compared(scene), runs.reference(scene)) if run]
+        found += [f"{scene}, {run.label}: {run.doubt}" for run in named if run.doubt]
+        if len({run.model == PLANE.model for run in named}) > 1:
+            found.append(
+                f"{scene}: {PLANE.model} is plane stress, another body than the others': its tip is"
+                " a half cylinder, which touches along a line; that is no error of either model"
+            )
+    return found
 
 
 def sentences(rows: list[Difference]) -> list[str]:

@@ -181,6 +181,23 @@ def test_levels_that_fail_leave_no_tables(
     assert not [*(tmp_path / "converge" / "soft-fem2d-quick").glob("*.*")]
 
 
+def test_an_interrupted_study_says_how_far_it_got(
+    tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    levels = iter(range(4))
+
+    def simulate(*_: object, **__: object) -> object:
+        if next(levels) == 3:
+            raise KeyboardInterrupt
+        summary = SimpleNamespace(**dict.fromkeys(KEPT, 1.0))
+        return SimpleNamespace(status=reference_fem.Status.COMPLETED, summary=summary, cautions=())
+
+    monkeypatch.setattr(command, "warm_up", lambda _: None)
+    monkeypatch.setattr(reference_fem, "simulate", simulate)
+    ended = fingertap("converge", "soft", "--model", "fem2d", "--quick", "--out", tmp_path)
+    assert "stopped at level 4 of 15: the same command goes on there" in ended.err
+
+
 def test_a_mesh_that_is_the_level_befores_is_no_level(
     tmp_path: Path, fingertap: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -18,7 +18,7 @@ from validation.models.solid_mesh import sizes_of
 from validation.scenes.load import load_scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
 from validation.validate import command as validate_command
-from validation.validate.headline import sentences, unit_notes
+from validation.validate.headline import cautions, sentences, unit_notes
 from validation.validate.ladder.ladder import Ladder
 from validation.validate.plan import PAPER_REDUCED, Plan, Runs, paper_jobs, validation_jobs
 from validation.validate.request import plan_of, read_tolerances
@@ -256,6 +256,14 @@ def test_numbers_in_another_unit_are_named(make_record: Make) -> None:
     )
     (note,) = [text for text in unit_notes(runs) if "peak_normal_force_N" in text]
     assert note.startswith("soft, mine: peak_normal_force_N = 0.06 N is about 0.001 times")
+
+
+@pytest.mark.parametrize(("reference", "told"), [("fem2d", True), ("fem3d", False)])
+def test_a_body_in_plane_stress_is_named(reference: str, told: bool, make_record: Make) -> None:
+    """47 % of a peak came "from the model", and nothing said that the bodies differ."""
+    own = [make_record(model=model, variant="contact") for model in ("hcm", reference)]
+    said = cautions(Runs(tuple(own), plan_of(("soft",), "hcm", reference, "")))
+    assert any("fem2d is plane stress, another body" in text for text in said) is told
 
 
 @pytest.mark.parametrize(("theirs", "told"), [(-30.0, True), (30.0, False), (-1.0, False)])

@@ -12,7 +12,7 @@ from validation.converge.verdicts import preset_uncertainties, study_name
 from validation.errors import RunFailedError, UserError
 from validation.harness.identity import program
 from validation.harness.page import above_or_below, opening
-from validation.harness.quantities import quantity
+from validation.harness.quantities import COMPARED, quantity
 from validation.harness.record import RunRecord, plain
 from validation.harness.store import NO_STORE, Store
 from validation.harness.uncertainty import two_digits
@@ -20,6 +20,7 @@ from validation.identify.contact import MESHES, ContactIdentification, identify_
 from validation.models.impact import impact_of
 from validation.models.inputs import scene_inputs
 from validation.scenes.load import NamedScene, load_scene, scene_name
+from validation.validate.headline import MATTERS
 from validation.validate.ladder import rungs
 from validation.validate.ladder.runs import LadderRuns, full_contact
 from validation.validate.plan import NO_FEM_ACCURACY
@@ -145,9 +146,28 @@ def peak_sentences(comparisons: Sequence[rungs.Comparison]) -> list[str]:
         end = "." if own_flight is None else f"; {own_flight:+.1f} % where each falls by itself."
         result.append(
             f"{opening(row.scene)} finger, rung {row.rung}: {what[row.rung]} "
-            f"{above_or_below(error)} {whose[row.rung]}{band}{end}"
+            f"{above_or_below(error)} {whose[row.rung]}{band}{end}{_further(row, comparisons)}"
         )
     return result
+
+
+def _further(peak: rungs.Comparison, comparisons: Sequence[rungs.Comparison]) -> str:
+    """A sentence on the numbers of the same runs that are further apart than the peak, if any."""
+    titles = {rungs.name_of(entry, rungs.SAME): entry.title for entry in COMPARED}
+    least = abs(peak.error_percent or 0.0) + MATTERS
+    apart = [
+        f"{titles[row.quantity]} {above_or_below(row.error_percent)}"
+        for row in comparisons
+        if (row.rung, row.scene) == (peak.rung, peak.scene)
+        and row.quantity in titles
+        and row.error_percent is not None
+        and abs(row.error_percent) > least
+        and row.reduced is not None
+        and row.reference is not None
+        and row.reference_uncertainty is not None
+        and abs(row.reduced - row.reference) > row.reference_uncertainty
+    ]
+    return f" Further apart, and resolved: {', '.join(apart)}." * bool(apart)
 
 
 def cause_sentences(causes: Sequence[Row]) -> list[str]:

@@ -171,9 +171,13 @@ def bench(
         other = "--skips" if skips else "--peers"
         raise UserError(f"{other} --resume: only the models' own curves go on; leave one out")
     with exclusive_folder(out / "bench") as folder:
-        if skips:
-            _bench_shortcuts(folder, quick)
-        if peers:
-            _bench_peers(folder, quick)
-        if not (skips or peers):
-            _bench_models(folder, quick, resume)
+        try:
+            if skips:
+                _bench_shortcuts(folder, quick)
+            if peers:
+                _bench_peers(folder, quick)
+            if not (skips or peers):
+                _bench_models(folder, quick, resume)
+        except KeyboardInterrupt:
+            say(f"stopped; what was measured by then: {page(folder)}")
+            raise

@@ -321,6 +321,22 @@ def test_each_part_of_the_page_keeps_the_date_and_the_settings_of_its_measuremen
     assert not (tmp_path / "skips.png").exists()  # of the ledger before
 
 
+def test_a_stopped_benchmark_has_a_page_of_what_it_measured(
+    tmp_path: Path, monkeypatch: Patch, capsys: Capture
+) -> None:
+    def shortcuts(folder: Path, quick: bool) -> None:
+        with files.measured_part(folder, quick, "skips"):
+            files.save(folder, "skips", [{"size": 1}], "", show=False)
+            _stop()
+
+    monkeypatch.setattr(command, "_bench_shortcuts", shortcuts)
+    with pytest.raises(KeyboardInterrupt):
+        command.bench(skips=True, out=tmp_path)
+    page = tmp_path / "bench" / "index.html"
+    assert f"stopped; what was measured by then: {page}" in capsys.readouterr().err
+    assert "it was stopped, and this is what it had" in page.read_text(encoding="utf-8")
+
+
 def test_only_settings_that_were_not_meant_to_fail_are_told(
     tmp_path: Path, capsys: Capture
 ) -> None:

@@ -139,6 +139,7 @@ CASES: dict[str, Case] = {
     "fem3d undamped surface": solid(contact="surface", contact_damping=0.0),
     "fem3d impulse": solid(contact="impulse"),
     "fem3d one point": solid(element="hex8-one-point"),
+    "fem3d neo-Hookean": solid(element="hex8-neo-hooke"),
     "fem3d one point impulse": solid(element="hex8-one-point", contact="impulse"),
     "fem3d whole body": solid(mirrored=True),
     "fem3d shaft holes": solid(shaft_radius=2.5e-3),

@@ -11,6 +11,7 @@ from pydantic.fields import FieldInfo
 
 from validation.errors import UserError
 from validation.scenes.scene import Scene
+from validation.scenes.scene_number import SceneNumber
 from validation.scenes.solver_tables import BASES, AccuracyTable, SolverTable, solver_table
 from validation.scenes.tables import Table
 
@@ -122,9 +123,19 @@ def _missing(key: str) -> str:
         k for k, field in known_keys().items() if k.startswith(key + ".") and field.is_required()
     ]
     if inside:
-        return f"add a table [{key}] with {', '.join(k.removeprefix(key + '.') for k in inside)}"
+        names = ", ".join(k.removeprefix(key + ".") for k in inside)
+        return f"add a table [{key}] with {names}" + (
+            _advice(inside[0]) if len(inside) == 1 else ""
+        )
     table, _, name = key.rpartition(".")
-    return f"add {name} = ... under [{table}]"
+    return f"add {name} = ... under [{table}]" + _advice(key)
+
+
+def _advice(key: str) -> str:
+    """What a key's declaration advises, after a semicolon."""
+    declared = known_keys()[key].metadata if key in known_keys() else []
+    given = [of.advice for of in declared if isinstance(of, SceneNumber) and of.advice]
+    return "".join(f"; {text}" for text in given)
 
 
 def one_line(error: ValidationError, of: type[BaseModel] = Scene) -> str:

@@ -14,7 +14,6 @@ import numpy as np
 from reference_fem.arrays import Array
 from reference_fem.dataset import run_dataset, versions
 from reference_fem.notebook import run_html
-from reference_fem.settings import NEO_HOOKE
 
 if TYPE_CHECKING:
     import xarray
@@ -58,12 +57,9 @@ _ADVICE = {
         "refine the mesh where it touches (solver.fem.tip_size), or use 'surface'"
     ),
     Status.INVERTED_ELEMENT: (
-        "an element turned inside out: the material law (St. Venant-Kirchhoff) softens where it is "
-        "crushed, on finer meshes the sooner: use a stiffer material, a slower impact, or another "
-        f"law (in 3D solver.fem.element = '{NEO_HOOKE}'); a coarse mesh or a stiff contact may "
-        "do it too: refine where it touches (solver.fem.tip_size), soften the contact; a soft "
-        "finger that flew as rigid bodies may arrive too fast: let it bend on its way "
-        "(solver.fem.flight = 'coarse')"
+        "an element turned inside out: use a stiffer material or a slower impact, refine the mesh "
+        "where it touches (solver.fem.tip_size) or soften the contact; a soft finger that flew as "
+        "rigid bodies may arrive too fast: let it bend on its way (solver.fem.flight = 'coarse')"
     ),
     Status.PASSED_THROUGH: (
         "this model lets only the last phalanx touch: try another surface.height, mostly a larger "

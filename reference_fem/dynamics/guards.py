@@ -12,7 +12,7 @@ from reference_fem.elements.geometry import CORNERS, reference_element
 from reference_fem.elements.stress import determinant, lower
 from reference_fem.model import Model
 from reference_fem.result import Sample, Status
-from reference_fem.settings import Settings
+from reference_fem.settings import NEO_HOOKE, Settings
 
 Failure = tuple[Status, str]
 
@@ -21,6 +21,10 @@ Failure = tuple[Status, str]
 FULL_SEARCH = 16
 # Depth over H below the surface allowed to nodes outside the contact law: round-off.
 PASSED = 1e-9
+SOFTENS = (
+    "; St. Venant-Kirchhoff's law softens where it is crushed, on finer meshes the sooner: in 3D "
+    f"solver.fem.element = '{NEO_HOOKE}' has another law"
+)
 # dN_a/dxi_k at the Gauss points, (a, q, k)
 SLOPES = {dim: reference_element(dim).slopes[..., :-1].swapaxes(1, 2) for dim in CORNERS}
 
@@ -50,6 +54,12 @@ def failure(
         message = f"max_steps = {settings.max_steps} reached {_where(model, state)}"
         found = Status.WORK_LIMIT, message
     return found
+
+
+def advice(model: Model, status: Status) -> str:
+    """What to do about a status, on elements whose material softens about that too."""
+    softens = status is Status.INVERTED_ELEMENT and model.kernel.kind.softens > 0.0
+    return status.advice + SOFTENS * softens
 
 
 def searched(model: Model, state: State, crushed: bool = False) -> Failure | None:

@@ -11,7 +11,7 @@ from reference_fem.cautions import Evidence, cautions
 from reference_fem.coarse_flight import CoarseFlight
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, flight_block, speed_down
-from reference_fem.dynamics.guards import failure, searched
+from reference_fem.dynamics.guards import advice, failure, searched
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import RestartFile
 from reference_fem.dynamics.state import LoopState, State, Tap, pack
@@ -130,8 +130,8 @@ def result_of(
     message: str,
 ) -> TapResult:
     """The result of a run that has ended, its message with advice and any trouble on the way."""
-    if status.advice:
-        message = f"{message}: {status.advice}"
+    if todo := advice(model, status):
+        message = f"{message}: {todo}"
     if reporting.restart is not None and reporting.restart.problem:
         message = f"{message}; {reporting.restart.problem}"
     forces, history, tap = recorder.forces(), recorder.history(), now.tap

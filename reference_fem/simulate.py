@@ -23,7 +23,7 @@ from reference_fem.result import Status, TapResult
 from reference_fem.rigid_chain import ChainState, chain_and_start, pose
 from reference_fem.rigid_flight import Descent, descent, inner_gap, surface_gap
 from reference_fem.scene import Scene, check_optional
-from reference_fem.settings import ONE_POINT, Drive, Material, Settings, Surface
+from reference_fem.settings import NEO_HOOKE, ONE_POINT, Drive, Material, Settings, Surface
 from reference_fem.workload import TooLongError, check_work
 
 # A force evaluation of this many cells takes about a millisecond on one thread.
@@ -137,10 +137,9 @@ def _solve(
         model = build_model(scene.mesh, *parts, settings)
         coarse = None
         if light_mesh is not None:
-            # one-point elements have no damping
-            damped = light_mesh.relaxing.size and any(m.relaxation_time for m in scene.materials)
-            one = light_mesh.dim == 3 and not damped
-            others = replace(settings, contact="impulse", element=ONE_POINT if one else None)
+            others = replace(
+                settings, contact="impulse", element=_flying_element(scene, light_mesh)
+            )
             coarse = coarse_flight(build_model(light_mesh, *parts, others), model)
         reporting = Reporting(progress, file, started)
         if archive is not None and file is not None:
@@ -154,6 +153,16 @@ def _solve(
             return result, SolvedScene(scene, model, None)
         result, flown = _run_from_start(model, settings, scene.start, coarse, reporting)
         return result, SolvedScene(scene, model, flown)
+
+
+def _flying_element(scene: Scene, light_mesh: meshes.FingerMesh) -> str | None:
+    """The element of a coarse flight: of the run's own law, and one of a point, which has no
+    damping, where it needs none.
+    """
+    if light_mesh.dim == 2 or scene.settings.element == NEO_HOOKE:
+        return scene.settings.element
+    damped = light_mesh.relaxing.size and any(m.relaxation_time for m in scene.materials)
+    return None if damped else ONE_POINT
 
 
 def _run_from_start(

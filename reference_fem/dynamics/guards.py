@@ -83,8 +83,9 @@ def searched(model: Model, state: State, crushed: bool = False) -> Failure | Non
 def _energy(
     model: Model, settings: Settings, state: State, taken: Sample, largest_kinetic: float
 ) -> Failure | None:
-    if not taken.finite:
-        return Status.UNSTABLE, f"values are no longer finite {_where(model, state)}"
+    if not taken.finite:  # as is the energy of a neo-Hookean element that is turned inside out
+        diverged = Status.UNSTABLE, f"values are no longer finite {_where(model, state)}"
+        return searched(model, state) or diverged
     if state.step == 0:  # damping at the rates of half a step before: what a step gains, beside 0
         return None
     error, allowed = abs(taken.energy_balance_J), settings.energy_tolerance

@@ -327,6 +327,29 @@ def test_a_neo_hookean_silicone_taps_where_the_other_law_turns_inside_out() -> N
     assert "solver.fem.element = 'hex8-neo-hooke'" in theirs.message
 
 
+NEO_HOOKEAN = (
+    "solver.fem.element=hex8-neo-hooke", "solver.fem.estimate=false",
+    "solver.fem.max_contact_time=0.05",
+)  # fmt: skip
+
+
+def test_a_neo_hookean_finger_flies_by_its_own_law() -> None:
+    """Handed over from a flight by the other law, it began with a quarter too much energy."""
+    whips = "material.youngs_modulus=2e5", "material.poisson_ratio=0.49", "start.rates=-60"
+    scene = load_scene("soft", (*NEO_HOOKEAN, *whips, "solver.fem.flight=coarse"))
+    record = solid.FEM3D.run(scene).record
+    assert record.ok
+    assert record.summary["energy_residual"] < 0.05
+
+
+def test_a_neo_hookean_element_turned_inside_out_is_named() -> None:
+    """Its energy has ln J and is not finite: the run ended as unstable, of too large a step."""
+    fast = "material.youngs_modulus=1e6", "material.poisson_ratio=0.3", "start.rates=-200"
+    record = solid.FEM3D.run(load_scene("soft", (*NEO_HOOKEAN, *fast))).record
+    assert record.status == "INVERTED_ELEMENT"
+    assert "St. Venant-Kirchhoff" not in record.message
+
+
 @pytest.mark.parametrize(
     ("model", "element"), [(solid.FEM3D, "hex8"), (solid.FEM2D, "hex8-one-point")]
 )

@@ -137,8 +137,8 @@ def _check_pushes(
             f"threshold_N = {1.5 * pull / body:.2g}"
         )
     raise UserError(
-        f"{origin}, line {samples.lines[lowest]}: normal force {-pull:.4g} N, and a contact can't "
-        f"pull; state in {origin}.toml the right normal (it is {sidecar.normal}){remedy}"
+        f"{origin}, line {samples.lines[lowest]}: normal force {-pull / body:.4g} N, and a contact"
+        f" can't pull; state in {origin}.toml the right normal (it is {sidecar.normal}){remedy}"
     )
 
 
@@ -190,7 +190,7 @@ def _first_tap(
         remedy = state if 1.5 * highest < SCATTER_SHARE * largest else ""
         raise UserError(
             f"{origin}, line {samples.lines[first]}: touches for {own} samples, with "
-            f"{highest:.4g} N, before a tap of {largest:.4g} N; if that is scatter, {remedy}remove"
-            " it; if the tip touches so briefly, sample faster"
+            f"{highest / body:.4g} N, before a tap of {largest / body:.4g} N; if that is scatter, "
+            f"{remedy}remove it; if the tip touches so briefly, sample faster"
         )
     return tap, joined, count

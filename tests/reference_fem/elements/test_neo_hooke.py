@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from reference_fem.elements.kinds import hex8, hex8_neo_hooke
+from reference_fem.stable_step import stable_step
 from tests.reference_fem.elements.bodies import (
     POISSON,
     SIZE,
@@ -15,6 +16,7 @@ from tests.reference_fem.elements.bodies import (
     grid,
     material,
     neo_hooke,
+    rotation,
     tangent,
 )
 
@@ -85,3 +87,37 @@ def test_damping_takes_what_the_viscous_stress_does(poisson: float) -> None:
     assert added == pytest.approx(out - force(hooke, u), abs=1e-11 * np.abs(out).max())
     turning = np.cross([300.0, -200.0, 100.0], points + u)
     assert ours.force(u, out, (turning, 0.0)).power < 1e-20 * found.power
+
+
+def test_a_step_of_a_turn_is_not_damped() -> None:
+    """Over a step of twice the lag rates are differences of strains, here those of two postures.
+
+    At rates without the lag a turn by an angle a has strains of (a/2)^2 a step.
+    """
+    points, cells = grid(3, 2, 2, distortion=0.15)
+    ours = hex8_neo_hooke(points, cells, *material(len(cells)), np.full(len(cells), 1e-6))
+    step, out = 1e-3, np.empty_like(points)
+    before, after = (points @ rotation(angle).T - points for angle in (0.3, 0.7))
+    v = (after - before) / step
+    late, now = (ours.force(after, out, (v, lag)).power for lag in (0.5 * step, 0.0))
+    assert 0.0 <= late < 1e-20 * now  # round-off of E' is 1e-15 of it, its square in the power
+
+
+def test_stresses_of_chosen_cells_are_those_of_their_own_material() -> None:
+    points, cells = grid(3, 1, 1, distortion=0.15)
+    young, *others = material(3)
+    k = hex8_neo_hooke(points, cells, young * [1.0, 2.0, 3.0], *others)
+    u = 0.05 * SIZE * np.random.default_rng(3).standard_normal(points.shape)
+    chosen = np.array([2, 0])
+    assert np.array_equal(k.cell_stress(u, chosen), k.cell_stress(u)[chosen])
+
+
+def test_its_steps_are_half_as_long() -> None:
+    """Thinned to a half its highest frequency is up to twice that at rest."""
+    points, cells = grid(3, 2, 2)
+    none = np.empty(0, dtype=np.int64)
+    ours, hookes = (
+        stable_step(k, none, np.empty(0), none)
+        for k in (neo_hooke(points, cells), hex8(points, cells, *material(len(cells))))
+    )
+    assert ours == pytest.approx(0.5 * hookes, rel=1e-5)  # forces are linear to 1e-6

@@ -542,7 +542,7 @@ def test_what_may_lie_in_a_gap_is_in_the_errors(gap: float, middle: float, read:
 
 def test_round_off_is_no_offset(read: Read) -> None:
     notes = read(half_sine(np.linspace(0.5, 2.5, 1001), 0.01, 6.4e-15)).notes
-    assert not any("zero line" in note for note in notes)
+    assert not any("zero line" in note or "as no contact" in note for note in notes)
 
 
 DAT_HEAD = " statistics for slave set {}, master set {} and time  {}\n"
@@ -784,3 +784,104 @@ def test_a_threshold_of_half_a_body_is_doubled_with_its_forces(read: Read) -> No
     for name in ("peak_normal_force_N", "normal_impulse_N_s"):
         assert half.summary[name] == pytest.approx(2.0 * whole.summary[name], rel=1e-12)
         assert half.errors[name] == pytest.approx(2.0 * whole.errors[name], rel=1e-12)
+
+
+def clipped(times: np.ndarray) -> str:
+    """A clipped tap and a later one that is larger, both off by 0.4 N."""
+    first = np.clip(18.0 * np.sin(np.pi * (times - 1.0)), 0.0, 12.0) * (times < 2.0)
+    later = np.clip(20.0 * np.sin(np.pi * (times - 9.0)), 0.0, None) * (times > 9.0)
+    return written(times, first + later + 0.4, 0.0 * times)
+
+
+SPIKED = GOOD.replace("0,0,0\n", "-1,0,0\n-.9999,1,0\n-.9998,0,0\n0,0,0\n", 1)
+NEGATIVE = GOOD.replace("0,0,0\n", "0,-2,0\n", 1)
+OFFSET = GOOD.replace("0,0,0\n", "0,-0.5,0\n").replace("3e-4,0,0", "3e-4,-0.5,0")
+
+
+def told(read: Read, text: str, sidecar: str) -> list[str]:
+    """What is said of forces, a refusal or notes, without the note of whose they are."""
+    try:
+        return [n for n in read(text, sidecar).notes if not n.startswith("forces ")]
+    except UserError as error:
+        return [str(error)]
+
+
+@pytest.mark.parametrize(
+    ("text", "sidecar", "said"),
+    [
+        (clipped(np.arange(0.0, 10.0, 0.02)), "threshold_N = 0.5", "held at 12.4 N"),
+        (clipped(np.arange(0.0, 10.0, 0.02)), "threshold_N = 0.5", "zero line lies at 0.4 N"),
+        (clipped(np.arange(0.0, 10.0, 0.02)), "threshold_N = 0.5", "samples of up to 0.5 N count"),
+        (clipped(np.arange(0.0, 10.0, 0.02)), "threshold_N = 0.5", "12.4 N where the largest has"),
+        (both_axes(np.linspace(0.5, 2.5, 1001), stray), "", "largest sample, 60 N, stands"),
+        (SPIKED, "", r"with 1 N, before a tap of 6 N; .* threshold_N = 1\.5, else remove"),
+        (NEGATIVE, "", "normal force -2 N, .*threshold_N = 3$"),
+        (OFFSET, "", "offset of the zero line, -0.5 N"),
+    ],
+)  # fmt: skip
+def test_what_is_said_of_half_a_bodys_forces_is_in_the_files_own(
+    text: str, sidecar: str, said: str, read: Read
+) -> None:
+    """As the threshold is that it is to be compared with."""
+    half, whole = (told(read, text, f"half_model = {of}\n{sidecar}") for of in ("true", "false"))
+    assert any(re.search(said, line) for line in whole)
+    assert any(re.search(said, line) for line in half)
+
+
+def test_half_a_bodys_forces_are_doubled_in_either_direction(read: Read) -> None:
+    turned = 'half_model = true\nside = "master"\nnormal = "-y"\ntangential = "-x"'
+    found = read(rcforc(), turned, "rcforc").record.summary
+    assert (found["peak_normal_force_N"], found["peak_tangential_force_N"]) == (6.0, -6.0)
+
+
+def test_a_tap_below_twice_the_threshold_is_no_scatter(read: Read) -> None:
+    """There is no larger touch beside it."""
+    found = read(GOOD, "threshold_N = 3.5").record
+    assert found.value("peak_normal_force_N") == 6.0
+
+
+@pytest.mark.parametrize(("newtons", "scatters"), [(1.9, True), (2.1, False)])
+def test_a_sample_is_scatter_beside_three_times_its_force(
+    newtons: float, scatters: bool, read: Read
+) -> None:
+    """Before a tap of 6 N that is too brief to tell them apart by their samples."""
+    text = SPIKED.replace(",1,0", f",{newtons},0")
+    assert ("if that is scatter" in told(read, text, "")[0]) is scatters
+
+
+@pytest.mark.parametrize(("samples", "few"), [(19, True), (20, False)])
+def test_a_tap_has_few_samples_up_to_twenty_intervals(samples: int, few: bool, read: Read) -> None:
+    """One of T/20 may hide 1/cos(pi/40) - 1, 0.3 % of a half sine's peak."""
+    pulse = np.sin(np.pi * np.linspace(0.0, 1.0, samples + 2)).clip(0.0)
+    force = np.concatenate([[0.0], pulse[1:-1], [0.0, 0.0]])
+    notes = read(written(np.arange(force.size) / 20.0, force, 0.0 * force)).notes
+    assert any(f"the tap has {samples} samples" in note for note in notes) is few
+
+
+def test_a_later_tap_that_saturates_leaves_the_first_one_known(read: Read) -> None:
+    times = np.arange(0.0, 10.0, 0.02)
+    first = np.clip(12.0 * np.sin(np.pi * (times - 1.0)), 0.0, None) * (times < 2.0)
+    later = np.clip(40.0 * np.sin(np.pi * (times - 9.0)), 0.0, 20.0) * (times > 9.0)
+    assert not any("saturated" in n for n in read(written(times, first + later, 0 * times)).notes)
+
+
+def test_two_samples_after_a_tap_are_in_the_error_of_its_end(read: Read) -> None:
+    times = np.linspace(0.0, 4.0, 401)
+    force = np.where((times > 1.0) & (times < 2.0), 64.0 * np.sin(np.pi * (times - 1.0)), 0.0)
+    force[[320, 321]] = 6.0
+    rows = zip(times.tolist(), force.tolist(), strict=True)
+    text = "\n".join([HALF_SINE_HEAD, *(f"{t!r},{f!r},0.05" for t, f in rows)])
+    found = read(text, "threshold_N = 1.5").record
+    assert abs(found.summary["contact_duration_s"] - 1.0) < found.errors["contact_duration_s"]
+
+
+def test_noise_that_lasts_widens_a_mean_by_its_factor() -> None:
+    """Squares add up: of n intervals, (3^2 - 1) n (scatter dt)^2 more for a factor of 3."""
+    time = np.linspace(0.0, 1.0, 101)
+    force = np.sin(np.pi * time)
+    once, thrice = (
+        normal_force_errors(time, force, 0.0 * time, 0.0, ZeroLine(0.0, 1.0, 0.01, lasting))
+        for lasting in (1.0, 3.0)
+    )
+    more = thrice["normal_impulse_N_s"] ** 2 - once["normal_impulse_N_s"] ** 2
+    assert more == pytest.approx(8 * 100 * (0.01 * 0.01) ** 2, rel=1e-9)

@@ -15,6 +15,7 @@ from reference_fem.flight_error import RodFlight, rod_flight
 from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
 from reference_fem.rigid_chain import ChainState
 from reference_fem.settings import (
+    NEO_HOOKE,
     ONE_POINT,
     OTHER_ELEMENTS,
     Drive,
@@ -29,6 +30,7 @@ from reference_fem.touch import Touch, impact_state, predicted_touch
 __all__ = [
     "ACCURACY_QUANTITIES",
     "COARSEST",
+    "NEO_HOOKE",
     "ONE_POINT",
     "OTHER_ELEMENTS",
     "SMALLEST",

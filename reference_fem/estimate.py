@@ -20,6 +20,7 @@ from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
 from reference_fem.error_cautions import flutter, imprecise, later_taps, percent, unlike_shape
 from reference_fem.flight_error import (
     CHANGE,
+    MAGNIFIED,
     Flight,
     OmittedMotion,
     arrival_errors,
@@ -57,7 +58,7 @@ ELSEWHERE = (
     "the round end's own flight leads to a different first touch: it grazes the surface, or "
     "magnifies small differences, so no mesh can tell which comes first: start nearer ([start])"
 )
-MAGNIFIED = (
+MAGNIFIES = (
     "the flight magnifies its start: angles changed by {:g} rad change the speed of approach by "
     "{}, which the errors leave out: start nearer ([start])"
 )
@@ -70,8 +71,6 @@ REMEDY = {
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
 # Relative error of the impulse by motion that a flight omits, above which a run is cautioned.
 LARGEST_LEFT_OUT = 0.01
-# Relative change of the speed of approach by the start's angles, above which a run is cautioned.
-LARGEST_MAGNIFIED = 0.01
 # Clearance at the companion's start, over the tip's radius: more than the height of any mesh's
 # lowest nodes above the true round end.
 CLEARANCE = 0.05
@@ -274,17 +273,18 @@ def _flight_doubts(
     """
     if errors.of_speed == math.inf:  # nothing is known of another touch
         return unlike or (ELSEWHERE,)
-    if (by := magnified(flight)) > LARGEST_MAGNIFIED:
+    doubts = unlike
+    if (by := magnified(flight)) >= MAGNIFIED:
         what = percent(by) if by < math.inf else "an unknown share"
-        unlike = (*unlike, MAGNIFIED.format(CHANGE, what))
+        doubts += (MAGNIFIES.format(CHANGE, what),)
     left = errors.omitted.share(IMPULSE, approach_speed)
     if left <= LARGEST_LEFT_OUT:
-        return unlike
+        return doubts
     share = percent(left) if left < math.inf else "an unknown share"
     # on a coarse mesh, and on any after many periods, the phase of the ringing is arbitrary
     rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
     remedy = REMEDY["coarse" if rings and how == "rigid" else how]
-    return *unlike, RINGS.format(share, remedy)
+    return *doubts, RINGS.format(share, remedy)
 
 
 def _true_body(solved: SolvedScene, geometry: meshes.FingerGeometry) -> tuple[RigidChain, Gap]:

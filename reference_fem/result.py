@@ -57,9 +57,9 @@ _ADVICE = {
         "refine the mesh where it touches (solver.fem.tip_size), or use 'surface'"
     ),
     Status.INVERTED_ELEMENT: (
-        "an element turned inside out: use a stiffer material or a slower impact, refine the mesh "
-        "where it touches (solver.fem.tip_size) or soften the contact; a soft finger that flew as "
-        "rigid bodies may arrive too fast: let it bend on its way (solver.fem.flight = 'coarse')"
+        "an element turned inside out: use a stiffer material, a slower impact or a softer "
+        "contact; a soft finger that flew as rigid bodies may arrive too fast: let it bend on its "
+        "way (solver.fem.flight = 'coarse')"
     ),
     Status.PASSED_THROUGH: (
         "this model lets only the last phalanx touch: try another surface.height, mostly a larger "

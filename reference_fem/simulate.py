@@ -156,8 +156,8 @@ def _solve(
 
 
 def _flying_element(scene: Scene, light_mesh: meshes.FingerMesh) -> str | None:
-    """The element of a coarse flight: of the run's own law, and one of a point, which has no
-    damping, where it needs none.
+    """The element of a coarse flight: the run's own in 2D or where its law is neo-Hookean, else the
+    one-point element, which has no damping, unless it is damped.
     """
     if light_mesh.dim == 2 or scene.settings.element == NEO_HOOKE:
         return scene.settings.element

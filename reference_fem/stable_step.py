@@ -42,7 +42,8 @@ def stable_step(
     symmetric matrices that of the sum is at most ω_max² + λ.
     Hinges only constrain the motion and can't raise ω_max (Rayleigh). K is that of the reference
     configuration: rotation does not change the spectrum; strain does, by its own order, for which
-    the step factor leaves room.
+    the step factor leaves room. Where elements stiffen by more, ω_max is multiplied by their
+    `ElementKind.stiffening`.
 
     Raises ValueError: the frequency is not a positive finite number.
     """

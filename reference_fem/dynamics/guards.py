@@ -21,10 +21,11 @@ Failure = tuple[Status, str]
 FULL_SEARCH = 16
 # Depth over H below the surface allowed to nodes outside the contact law: round-off.
 PASSED = 1e-9
-SOFTENS = (
-    "; St. Venant-Kirchhoff's law softens where it is crushed, on finer meshes the sooner: in 3D "
-    f"solver.fem.element = '{NEO_HOOKE}' has another law"
+OF_LAW = (
+    "; St. Venant-Kirchhoff's law softens where it is crushed, on finer meshes the sooner: fem3d "
+    f"has another one (solver.fem.element = '{NEO_HOOKE}')"
 )
+OF_MESH = "; refine the mesh where it touches (solver.fem.tip_size)"
 # dN_a/dxi_k at the Gauss points, (a, q, k)
 SLOPES = {dim: reference_element(dim).slopes[..., :-1].swapaxes(1, 2) for dim in CORNERS}
 
@@ -57,9 +58,10 @@ def failure(
 
 
 def advice(model: Model, status: Status) -> str:
-    """What to do about a status, on elements whose material softens about that too."""
-    softens = status is Status.INVERTED_ELEMENT and model.kernel.kind.softens > 0.0
-    return status.advice + SOFTENS * softens
+    """What to do about a status; of an element turned inside out, also what its law decides."""
+    if status is not Status.INVERTED_ELEMENT:
+        return status.advice
+    return status.advice + (OF_LAW if model.kernel.kind.softens > 0.0 else OF_MESH)
 
 
 def searched(model: Model, state: State, crushed: bool = False) -> Failure | None:
@@ -83,9 +85,12 @@ def searched(model: Model, state: State, crushed: bool = False) -> Failure | Non
 def _energy(
     model: Model, settings: Settings, state: State, taken: Sample, largest_kinetic: float
 ) -> Failure | None:
-    if not taken.finite:  # as is the energy of a neo-Hookean element that is turned inside out
-        diverged = Status.UNSTABLE, f"values are no longer finite {_where(model, state)}"
-        return searched(model, state) or diverged
+    if not taken.finite:
+        # as is the energy, with ln J, of a neo-Hookean element that is turned inside out
+        found = None if model.kernel.kind.softens > 0.0 else searched(model, state)
+        if found is not None and found[0] is Status.INVERTED_ELEMENT:
+            return found
+        return Status.UNSTABLE, f"values are no longer finite {_where(model, state)}"
     if state.step == 0:  # damping at the rates of half a step before: what a step gains, beside 0
         return None
     error, allowed = abs(taken.energy_balance_J), settings.energy_tolerance

@@ -43,7 +43,7 @@ class ElementKind(NamedTuple):
         not the lambda tr E of F
     stress : its Cauchy stress, with the parameters of `cauchy_stress`
     softens : volume ratio below which the material softens when confined
-    stiffening : ratio to which its highest frequency may grow from that at rest
+    stiffening : ratio of its highest frequency, deformed, to that at rest, which steps allow for
     """
 
     blocks: type[Blocks]

@@ -16,8 +16,10 @@ from reference_fem.elastic_response import (
     elastic_response,
     loads,
 )
+from reference_fem.estimate import FlightErrors, _flight_doubts
 from reference_fem.flight_error import (
     CHANGE,
+    MAGNIFIED,
     SETTLING_EFFECT,
     Flight,
     OmittedMotion,
@@ -232,23 +234,35 @@ def test_of_a_whirl_that_bending_leads_elsewhere_nothing_is_known() -> None:
 
 
 def test_how_a_flight_magnifies_its_start() -> None:
-    """A rod falls from its angle a: v_y = l θ' cos θ, θ'^2 = 2 C (sin θ - sin a), at one θ; so
-    dv_y/v_y = -cos a da/(2 (sin θ - sin a)). A whirl comes to another touch.
+    """A rod turns over from its angle a: v_y = l θ' cos θ, θ'^2 = w^2 + 2 C (sin θ - sin a), at one
+    θ; so dv_y/v_y = -C cos a da/θ'^2. A rod that turns by less than π is not looked at, and a whirl
+    comes to another touch.
     """
     finger, height = meshes.FingerGeometry((0.04,), (0.01,)), 0.03
     mesh = meshes.finger_hexahedra(finger, meshes.Sizing(3e-3, 5e-3, 3e-3))
     settings = rf.Settings(contact="impulse")
     model = build_model(mesh, (SOFT,), rf.Surface(height, 0.5), rf.Drive(), settings)
-    chain, first = chain_and_start(model.chain, ChainState(np.array([-0.5]), np.zeros(1), 0.0))
-    gap = surface_gap(model, chain)
-    down = descent(chain, gap, first, settings)
-    assert down is not None
-    flight = Flight(chain, gap, model.points[[model.pole]], down)
-    gained = np.sin(flight.touch.angles[0]) - np.sin(-0.5)
-    exact = CHANGE * np.cos(-0.5) / (2 * gained)
+    found = []
+    for angle, rate in ((-3.0, 60.0), (-0.5, 60.0)):
+        start = ChainState(np.array([angle]), np.array([rate]), 0.0)
+        chain, first = chain_and_start(model.chain, start)
+        gap = surface_gap(model, chain)
+        down = descent(chain, gap, first, settings)
+        assert down is not None
+        found.append(Flight(chain, gap, model.points[[model.pole]], down))
+    over, plain = found
+    (ends,), (turns,) = over.touch.angles, over.touch.rates
+    gained = 0.5 * (turns**2 - 60.0**2) / (np.sin(ends) - np.sin(-3.0))  # C
+    exact = CHANGE * abs(gained * np.cos(-3.0)) / turns**2
     # the flights' tolerance over the change, and the change's square
-    assert magnified(flight) == pytest.approx(exact, rel=1e-3)
-    assert magnified(flown(SOFT, WHIRL)[1]) > 0.01
+    assert magnified(over) == pytest.approx(exact, rel=1e-2)
+    assert magnified(plain) == 0.0
+    whirl = flown(SOFT, WHIRL)[1]
+    assert magnified(whirl) > MAGNIFIED
+    still = FlightErrors(0.0, np.zeros(2), 0.0, OmittedMotion(0.0, np.zeros(2)))
+    (caution,) = _flight_doubts(still, whirl, "rigid", 1.0, ())
+    assert caution.startswith("the flight magnifies its start: angles changed by 1e-05 rad change")
+    assert _flight_doubts(still, plain, "rigid", 1.0, ()) == ()
 
 
 @pytest.mark.parametrize(("material", "drive"), [(RUBBER, rf.Drive()), (SOFT, DRIVEN)])

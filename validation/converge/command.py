@@ -116,7 +116,7 @@ def run_converge(
             name = verdicts.study_name(runs.scene.name, model, quick)
             folder = alone.enter_context(exclusive_folder(out / "converge" / name))
             progress(0.0, "compiling")
-            warm_up(model)  # else it is in the first level's time
+            warm_up(model)  # the default element: else it is in the first level's time
             results, failures = run_levels(runs, wanted, progress)
             progress(0.98, "preset converged")
             preset = None

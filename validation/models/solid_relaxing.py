@@ -65,8 +65,10 @@ def relaxing_near(
     # kernels take elements in blocks, which cost less where none relaxes
     bodies = [cells for name, cells in mesh.cell_sets.items() if name != "relaxing"]
     order = np.concatenate([body[np.argsort(~near[body], kind="stable")] for body in bodies])
-    marked = {**mesh.cell_sets, "relaxing": np.flatnonzero(near[order])}
-    return replace(mesh, cells=mesh.cells[order], cell_sets=marked)
+    new = np.argsort(order)  # a permutation's inverse
+    sets = {name: np.sort(new[cells]) for name, cells in mesh.cell_sets.items()}
+    sets["relaxing"] = np.flatnonzero(near[order])
+    return replace(mesh, cells=mesh.cells[order], cell_sets=sets)
 
 
 def relaxing_nowhere(mesh: meshes.FingerMesh) -> meshes.FingerMesh:

@@ -124,9 +124,8 @@ def _missing(key: str) -> str:
     ]
     if inside:
         names = ", ".join(k.removeprefix(key + ".") for k in inside)
-        return f"add a table [{key}] with {names}" + (
-            _advice(inside[0]) if len(inside) == 1 else ""
-        )
+        only = _advice(inside[0]) if len(inside) == 1 else ""
+        return f"add a table [{key}] with {names}{only}"
     table, _, name = key.rpartition(".")
     return f"add {name} = ... under [{table}]" + _advice(key)
 

@@ -27,7 +27,7 @@ RELAXATION_ADVICE = (
     "write seconds: a vibration of frequency f has the share pi f tau of critical damping"
 )
 STIFFNESS_ADVICE = (
-    "hcm alone uses it: fingertap identify contact finds it, for hcm-refined and solids 1e6 will do"
+    "hcm alone uses it: write 1e6 if it is not known, and fingertap identify contact finds it"
 )
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 

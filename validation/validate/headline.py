@@ -5,9 +5,17 @@ from validation.harness.page import above_or_below, opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity, quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out
-from validation.validate.plan import PAPER_REDUCED, PLANE, REFINED, RunName, Runs
+from validation.validate.plan import (
+    DEFAULT_REFERENCE,
+    PAPER_REDUCED,
+    PLANE,
+    REFINED,
+    RunName,
+    Runs,
+)
 
 TANGENTIAL = quantity("peak_tangential_force_N")
+ROUND = {PAPER_REDUCED.model, REFINED, DEFAULT_REFERENCE.model}  # models of the finger itself
 MATTERS = 1.0  # percent of peak, impulse or duration
 MODEL_NAMES = {PAPER_REDUCED.model: "the reduced model", REFINED: "the refined reduced model"}
 
@@ -80,10 +88,12 @@ def cautions(runs: Runs) -> list[str]:
     for scene in runs.scenes:
         named = [run for run in (*runs.compared(scene), runs.reference(scene)) if run]
         found += [f"{scene}, {run.label}: {run.doubt}" for run in named if run.doubt]
-        if len({run.model == PLANE.model for run in named}) > 1:
+        models = {run.model for run in named}
+        if round_ones := sorted(models & ROUND) if PLANE.model in models else []:
             found.append(
-                f"{scene}: {PLANE.model} is plane stress, another body than the others': its tip is"
-                " a half cylinder, which touches along a line; that is no error of either model"
+                f"{scene}: {PLANE.model} is plane stress, another body than that of"
+                f" {', '.join(round_ones)}: its tip is a half cylinder, which touches along a line,"
+                " and part of each difference is the body's"
             )
     return found
 

@@ -90,7 +90,7 @@ def mean_volume(s: Array, r: Array, lane: int) -> float:
 
 @inlined
 def elastic_pressure(r: Array, lane: int, mean: float) -> float:
-    """P = lambda (J' - 1/J')/2, Pa."""
+    """Pressure p = lambda (J' - 1/J')/2, Pa."""
     return r[HALF_LAME * LANES + lane] * (mean - 1.0 / mean)
 
 

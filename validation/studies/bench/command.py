@@ -179,5 +179,5 @@ def bench(
             if not (skips or peers):
                 _bench_models(folder, quick, resume)
         except KeyboardInterrupt:
-            say(f"stopped; what was measured by then: {page(folder)}")
+            say(f"stopped; what was measured by then, if anything: {page(folder)}")
             raise

@@ -167,7 +167,7 @@ def _further(peak: rungs.Comparison, comparisons: Sequence[rungs.Comparison]) ->
         and row.reference_uncertainty is not None
         and abs(row.reduced - row.reference) > row.reference_uncertainty
     ]
-    return f" Further apart, and resolved: {', '.join(apart)}." * bool(apart)
+    return f" Further apart than the reference is uncertain: {', '.join(apart)}." * bool(apart)
 
 
 def cause_sentences(causes: Sequence[Row]) -> list[str]:

@@ -174,6 +174,8 @@ def audit_interval(model: Model) -> int:
 
 def _advanced(model: Model, state: State, interval: int) -> tuple[State, Block]:
     """The next block; contact is searched for, in `interval` steps, where it may happen."""
+    if state.memory.touching.any():  # no look at the gap is needed
+        return advance(model, state, interval, True)
 
     def gap(of: State) -> float:
         return lowest_gap(model, of.displacement)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +29,7 @@ AXES = {  # and what a tap's largest force along it decides
 }
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SampledTap:
     """Samples of which some are a tap.
 
@@ -57,12 +58,12 @@ class SampledTap:
         """Names of the forces that there are."""
         return [name for name in AXES if name in self.forces]
 
-    @property
+    @cached_property
     def contact(self) -> dict[str, Floats]:
         """The forces, zero out of contact, N."""
         return {name: np.where(self.touches, of, 0.0) for name, of in self.forces.items()}
 
-    @property
+    @cached_property
     def zero_lines(self) -> dict[str, ZeroLine]:
         """What the forces of `axes` are out of contact."""
         idle = ~self.touches

@@ -13,6 +13,7 @@ LOW = 0.21132486540518713  # 1/2 - 1/sqrt(12): the first Gauss point on [0, 1]
 Three = tuple[float, float, float]
 Four = tuple[float, float, float, float]
 Bases = tuple[Four, Four, Four]
+Rows = tuple[Three, Three, Three]
 
 
 @inlined
@@ -65,6 +66,17 @@ def collect(
         (f0[1] + f3[1], f1[1] + f2[1], f4[1] + f7[1], f5[1] + f6[1]),
         (f0[2] + f4[2], f1[2] + f5[2], f3[2] + f7[2], f2[2] + f6[2]),
     )
+
+
+@inlined
+def nodal_forces(
+    s: Array, lane: int, f0: Rows, f1: Rows, f2: Rows, f3: Rows, f4: Rows, f5: Rows, f6: Rows,
+    f7: Rows,
+) -> None:  # fmt: skip
+    """24 nodal rows of s from rows x, y, z of the forces conjugate to g_1, g_2, g_3 at 8 points."""
+    base_forces(s, 0, lane, collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0]))
+    base_forces(s, 8, lane, collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1]))
+    base_forces(s, 16, lane, collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2]))
 
 
 @inlined

@@ -27,17 +27,16 @@ from reference_fem.compiled import entry, inlined, kernel
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import (
+    Rows,
     at_points,
-    base_forces,
     base_vectors,
-    collect,
     load_bases,
+    nodal_forces,
     store_bases,
 )
 from reference_fem.elements.hexahedron.nodes import gather, gather_positions, scatter
 from reference_fem.elements.hexahedron.point import (
     POINT_ROWS,
-    Rows,
     damped_point,
     dilatation,
     gradient_rows,
@@ -134,9 +133,7 @@ def lane_force(s: Array, r: Array, lane: int) -> float:
     f5, e5 = point_force((x[5], y[5], z[5]), r, lane + 5 * step, mu, p)
     f6, e6 = point_force((x[6], y[6], z[6]), r, lane + 6 * step, mu, p)
     f7, e7 = point_force((x[7], y[7], z[7]), r, lane + 7 * step, mu, p)
-    base_forces(s, 0, lane, collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0]))
-    base_forces(s, 8, lane, collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1]))
-    base_forces(s, 16, lane, collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2]))
+    nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
     return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + 0.5 * p * volume
 
 
@@ -194,9 +191,7 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     f6, e, d = damped_point((x[6], y[6], z[6]), (u[6], v[6], w[6]), r, t, mu, tau, p, lag, e, d)
     t += step
     f7, e, d = damped_point((x[7], y[7], z[7]), (u[7], v[7], w[7]), r, t, mu, tau, p, lag, e, d)
-    base_forces(s, 0, lane, collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0]))
-    base_forces(s, 8, lane, collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1]))
-    base_forces(s, 16, lane, collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2]))
+    nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
     return e, d
 
 

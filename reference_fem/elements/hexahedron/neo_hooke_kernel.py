@@ -23,9 +23,8 @@ from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import (
     at_points,
-    base_forces,
-    collect,
     load_bases,
+    nodal_forces,
 )
 from reference_fem.elements.hexahedron.eight_point_kernel import (
     BASES,
@@ -108,27 +107,18 @@ def lane_force(s: Array, r: Array, lane: int) -> float:
     x = at_points(load_bases(s, BASES, lane))
     y = at_points(load_bases(s, BASES + 12, lane))
     z = at_points(load_bases(s, BASES + 24, lane))
-    step, t = POINT_ROWS * LANES, lane
+    step = POINT_ROWS * LANES
     mu, mean = r[56 * LANES + lane], mean_volume(s, r, lane)
     p = elastic_pressure(r, lane, mean)
-    f0, e0 = elastic_point(gradient_rows((x[0], y[0], z[0]), r, t), r, t, mu, p)
-    t += step
-    f1, e1 = elastic_point(gradient_rows((x[1], y[1], z[1]), r, t), r, t, mu, p)
-    t += step
-    f2, e2 = elastic_point(gradient_rows((x[2], y[2], z[2]), r, t), r, t, mu, p)
-    t += step
-    f3, e3 = elastic_point(gradient_rows((x[3], y[3], z[3]), r, t), r, t, mu, p)
-    t += step
-    f4, e4 = elastic_point(gradient_rows((x[4], y[4], z[4]), r, t), r, t, mu, p)
-    t += step
-    f5, e5 = elastic_point(gradient_rows((x[5], y[5], z[5]), r, t), r, t, mu, p)
-    t += step
-    f6, e6 = elastic_point(gradient_rows((x[6], y[6], z[6]), r, t), r, t, mu, p)
-    t += step
-    f7, e7 = elastic_point(gradient_rows((x[7], y[7], z[7]), r, t), r, t, mu, p)
-    base_forces(s, 0, lane, collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0]))
-    base_forces(s, 8, lane, collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1]))
-    base_forces(s, 16, lane, collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2]))
+    f0, e0 = elastic_point((x[0], y[0], z[0]), r, lane, mu, p)
+    f1, e1 = elastic_point((x[1], y[1], z[1]), r, lane + step, mu, p)
+    f2, e2 = elastic_point((x[2], y[2], z[2]), r, lane + 2 * step, mu, p)
+    f3, e3 = elastic_point((x[3], y[3], z[3]), r, lane + 3 * step, mu, p)
+    f4, e4 = elastic_point((x[4], y[4], z[4]), r, lane + 4 * step, mu, p)
+    f5, e5 = elastic_point((x[5], y[5], z[5]), r, lane + 5 * step, mu, p)
+    f6, e6 = elastic_point((x[6], y[6], z[6]), r, lane + 6 * step, mu, p)
+    f7, e7 = elastic_point((x[7], y[7], z[7]), r, lane + 7 * step, mu, p)
+    nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
     return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + volumetric_energy(r, lane, mean)
 
 
@@ -187,9 +177,7 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     f6, e, d = damped_point((x[6], y[6], z[6]), (u[6], v[6], w[6]), r, t, mu, tau, p, k, lag, e, d)
     t += step
     f7, e, d = damped_point((x[7], y[7], z[7]), (u[7], v[7], w[7]), r, t, mu, tau, p, k, lag, e, d)
-    base_forces(s, 0, lane, collect(f0[0], f1[0], f2[0], f3[0], f4[0], f5[0], f6[0], f7[0]))
-    base_forces(s, 8, lane, collect(f0[1], f1[1], f2[1], f3[1], f4[1], f5[1], f6[1], f7[1]))
-    base_forces(s, 16, lane, collect(f0[2], f1[2], f2[2], f3[2], f4[2], f5[2], f6[2], f7[2]))
+    nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
     return e, d
 
 

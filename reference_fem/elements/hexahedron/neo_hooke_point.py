@@ -5,9 +5,8 @@ import numpy as np
 from reference_fem.arrays import Array
 from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.hexahedron.edges import Three
+from reference_fem.elements.hexahedron.edges import Rows, Three
 from reference_fem.elements.hexahedron.point import (
-    Rows,
     gradient_rows,
     product,
     strain_rate,
@@ -39,11 +38,11 @@ def row_force(f: Three, c: Three, a: float, b: float, r: Array, o: int) -> Three
 
 
 @inlined
-def elastic_point(f: Rows, r: Array, o: int, mu: float, pressure: float) -> tuple[Rows, float]:
-    """Rows x, y, z of w P J^-T from those of F Q, and w mu ((tr C - 3)/2 - ln J), J.
-
-    Where the caller that inlines this does not use the energy, it is not computed.
+def elastic_point(g: Rows, r: Array, o: int, mu: float, pressure: float) -> tuple[Rows, float]:
+    """Rows x, y, z of w P J^-T: the forces conjugate to g_1, g_2, g_3 at one point;
+    w mu ((tr C - 3)/2 - ln J), J, which is not computed where its caller does not use it.
     """
+    f = gradient_rows(g, r, o)
     x, y, z = cross(f[1], f[2]), cross(f[2], f[0]), cross(f[0], f[1])
     weight = r[o + 6 * LANES]
     volume = dot(f[0], x) if weight > 0.0 else 1.0
@@ -72,7 +71,7 @@ def damped_point(
     power += 2.0 * tau * weight * mu * product(d, h)
     d = (tau * d[0], tau * d[1], tau * d[2])
     h = (tau * h[0], tau * h[1], tau * h[2])
-    (x, y, z), stored = elastic_point(f, r, o, mu, pressure)
+    (x, y, z), stored = elastic_point(bases, r, o, mu, pressure)
     a, b, c = stress_force(f, d, h, r, o, weight * mu, weight * viscous)
     force = (
         (x[0] + a[0], x[1] + a[1], x[2] + a[2]),

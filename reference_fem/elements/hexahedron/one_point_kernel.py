@@ -26,10 +26,9 @@ from reference_fem.arrays import Array, Index
 from reference_fem.compiled import inlined, kernel
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
-from reference_fem.elements.hexahedron.edges import Four, Three
+from reference_fem.elements.hexahedron.edges import Four, Rows, Three
 from reference_fem.elements.hexahedron.modes import Modes, Six, dot, mean_gradients, modes, spread
 from reference_fem.elements.hexahedron.nodes import gather, scatter
-from reference_fem.elements.hexahedron.point import Rows
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import lower
 

@@ -10,11 +10,9 @@ instead of J^-1 and w, and two products become triangular.
 from reference_fem.arrays import Array
 from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.hexahedron.edges import Three
+from reference_fem.elements.hexahedron.edges import Rows, Three
 
 POINT_ROWS = 7
-
-Rows = tuple[Three, Three, Three]
 
 
 @inlined

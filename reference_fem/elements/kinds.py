@@ -7,18 +7,18 @@ from reference_fem.elements.base import ElementKernel, ElementKind, lame_constan
 from reference_fem.elements.blocks import make_blocks
 from reference_fem.elements.geometry import by_element, check_mesh, geometries
 from reference_fem.elements.hexahedron import eight_point_kernel as eight_point
-from reference_fem.elements.hexahedron import neo_hooke_kernel as neo_hooke
+from reference_fem.elements.hexahedron import neo_hooke, saint_venant
 from reference_fem.elements.hexahedron import one_point_kernel as one_point
 from reference_fem.elements.quadrilateral import kernel as quad4
 from reference_fem.elements.stress import neo_hooke_stress
 
-EIGHT_POINT = ElementKind(eight_point.Hex8Blocks, eight_point.SCRATCH_ROWS, eight_point.pressures)
+EIGHT_POINT = ElementKind(saint_venant.Hex8Blocks, eight_point.SCRATCH_ROWS, eight_point.pressures)
 ONE_POINT = ElementKind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS)
 # A thin element's highest frequency goes with the inverse of its thickness: twice at half of it.
 NEO_HOOKE = ElementKind(
     neo_hooke.NeoHookeBlocks,
     eight_point.SCRATCH_ROWS,
-    neo_hooke.pressures,
+    eight_point.pressures,
     neo_hooke_stress,
     softens=0.0,
     stiffening=2.0,

@@ -17,6 +17,18 @@ Rows = tuple[Three, Three, Three]
 
 
 @inlined
+def dot(a: Three, b: Three) -> float:
+    """Return a . b."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inlined
+def cross(a: Three, b: Three) -> Three:
+    """Return a x b."""
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@inlined
 def at_gauss(e00: float, e10: float, e01: float, e11: float) -> Four:
     """Bilinear interpolation of 4 corner values to the 2 x 2 Gauss points (its own transpose)."""
     d, h = e10 - e00, e11 - e01

@@ -1,13 +1,11 @@
-"""Compiled kernels of the 8-node hexahedron: force, energy, mean dilatation, det F.
+"""Compiled kernels of the 8-node hexahedron with 2 x 2 x 2 Gauss points q, for any `Law`.
 
-Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 x 2 Gauss points q with volumes w_q, V = sum w_q:
+Total Lagrangian, with the points' volumes w_q:
 
-    C = F^T F,  E = (C - I)/2,  e = sum_q w_q tr E_q / V                         (mean dilatation)
-    W = sum_q w_q mu E_q:E_q + V lambda e^2 / 2                                  (element energy)
-    S_q = lambda e I + 2 mu E_q,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
+    v = sum_q w_q v_q,  p = p(v)          (v_q: tr E or det F; the same pressure at all points)
+    f_a = sum_q w_q P_q grad N_a,  P_q the law's stress of F_q and p, the gradient of its energy
 
-With damping (`damped_force`), tau dE/dt and tau de/dt are added to E and e in S. Only the
-volumetric term is reduced (selective reduced integration), so the element does not lock as
+Only the volumetric term is reduced (selective reduced integration), so the element does not lock as
 nu -> 1/2 and has no hourglass modes, and the force is the exact gradient of an energy.
 
 The covariant base vectors come from the edges (`edges`), each point has a frame of its own
@@ -15,8 +13,8 @@ The covariant base vectors come from the edges (`edges`), each point has a frame
 
 Layout: blocks of LANES elements in structure-of-arrays form, so the compiler vectorises over lanes.
 `reference[block, row*LANES + lane]`: rows 7q..7q+6 hold R^-1 (11, 12, 13, 22, 23, 33; 1/m) and w
-(m^3) of the point nearest to corner q, row 56 mu (Pa), row 57 lambda/V (Pa/m^3).
-Where there is damping, row 58 tau (s); a block without any takes the forces without damping.
+(m^3) of the point nearest to corner q, row MU mu (Pa), the next ones the law's other constants.
+Where there is damping, its last row tau (s); a block without any takes the forces without damping.
 Lanes past the last element have zero rows and repeat its nodes.
 """
 
@@ -34,39 +32,40 @@ from reference_fem.elements.hexahedron.edges import (
     nodal_forces,
     store_bases,
 )
+from reference_fem.elements.hexahedron.law import (
+    Law,
+    damped_point,
+    damping,
+    energy,
+    law_of,
+    point,
+    pressure,
+    volume,
+)
 from reference_fem.elements.hexahedron.nodes import gather, gather_positions, scatter
 from reference_fem.elements.hexahedron.point import (
     POINT_ROWS,
-    damped_point,
-    dilatation,
     gradient_rows,
     point_det,
-    point_force,
     strain_rate,
 )
-from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import lower
 
-# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; sum of w tr E;
-# energies or dets. With damping: 24 nodal velocities; 36 values of their g_k; sum of
-# w tr dE/dt; dissipation.
+MU = 8 * POINT_ROWS  # row of `reference`
+# Rows of the scratch array: 24 nodal positions, later forces; 36 values of g_k; v; energies or
+# dets. With damping: 24 nodal velocities; 36 values of their g_k; sum of w tr dE/dt; dissipation.
 BASES = 24
-DILATATION = BASES + 36
-RESULT = DILATATION + 1
+VOLUME = BASES + 36
+RESULT = VOLUME + 1
 VELOCITIES = RESULT + 1
 RATES = VELOCITIES + 24
 DILATATION_RATE = RATES + 36
 POWER = DILATATION_RATE + 1
 SCRATCH_ROWS = POWER + 1
-RELAXATION = 8 * POINT_ROWS + 2  # row of `reference`
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.
 VALUES = (
     (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
 )  # fmt: skip
-
-
-class Hex8Blocks(Blocks):
-    """Blocks of 8-point hexahedra."""
 
 
 @inlined
@@ -91,79 +90,79 @@ def store_all_bases(s: Array, row: int, nodal: int) -> None:
 
 
 @inlined
-def add_dilatation(s: Array, r: Array, q: int, a: int, b: int, c: int) -> None:
-    """Add w tr E of point q, where g_1, g_2, g_3 take their values a, b, c, to row DILATATION."""
+def add_volume(law: Law, s: Array, r: Array, q: int, a: int, b: int, c: int) -> None:
+    """Add the part of point q, where g_1, g_2, g_3 take their values a, b, c, to row VOLUME."""
     for lane in range(LANES):
         o = lane + q * POINT_ROWS * LANES
         f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
-        s[DILATATION * LANES + lane] += dilatation(f, r, o)
+        s[VOLUME * LANES + lane] += volume(law, f, r, o)
 
 
 @kernel
-def block_dilatation(s: Array, r: Array) -> None:
-    """Rows BASES.. of s and, in row DILATATION, sum_q w tr E = V e, from the nodal positions.
+def block_volume(law: Law, s: Array, r: Array) -> None:
+    """Rows BASES.. of s and, in row VOLUME, v, from the nodal positions.
 
     One loop over lanes for each point: 7 streams of r at a time, in the order of memory.
     """
     store_all_bases(s, BASES, 0)
-    add_dilatation(s, r, 0, 0, 0, 0)
-    add_dilatation(s, r, 1, 0, 1, 1)
-    add_dilatation(s, r, 2, 1, 1, 3)
-    add_dilatation(s, r, 3, 1, 0, 2)
-    add_dilatation(s, r, 4, 2, 2, 0)
-    add_dilatation(s, r, 5, 2, 3, 1)
-    add_dilatation(s, r, 6, 3, 3, 3)
-    add_dilatation(s, r, 7, 3, 2, 2)
+    add_volume(law, s, r, 0, 0, 0, 0)
+    add_volume(law, s, r, 1, 0, 1, 1)
+    add_volume(law, s, r, 2, 1, 1, 3)
+    add_volume(law, s, r, 3, 1, 0, 2)
+    add_volume(law, s, r, 4, 2, 2, 0)
+    add_volume(law, s, r, 5, 2, 3, 1)
+    add_volume(law, s, r, 6, 3, 3, 3)
+    add_volume(law, s, r, 7, 3, 2, 2)
 
 
 @inlined
-def lane_force(s: Array, r: Array, lane: int) -> float:
-    """One element's forces, from what `block_dilatation` left in s; its energy, J."""
+def lane_force(law: Law, s: Array, r: Array, lane: int) -> float:
+    """One element's forces, from what `block_volume` left in s; its energy, J."""
     x = at_points(load_bases(s, BASES, lane))
     y = at_points(load_bases(s, BASES + 12, lane))
     z = at_points(load_bases(s, BASES + 24, lane))
     step = POINT_ROWS * LANES
-    mu, volume = r[56 * LANES + lane], s[DILATATION * LANES + lane]
-    p = r[57 * LANES + lane] * volume
-    f0, e0 = point_force((x[0], y[0], z[0]), r, lane, mu, p)
-    f1, e1 = point_force((x[1], y[1], z[1]), r, lane + step, mu, p)
-    f2, e2 = point_force((x[2], y[2], z[2]), r, lane + 2 * step, mu, p)
-    f3, e3 = point_force((x[3], y[3], z[3]), r, lane + 3 * step, mu, p)
-    f4, e4 = point_force((x[4], y[4], z[4]), r, lane + 4 * step, mu, p)
-    f5, e5 = point_force((x[5], y[5], z[5]), r, lane + 5 * step, mu, p)
-    f6, e6 = point_force((x[6], y[6], z[6]), r, lane + 6 * step, mu, p)
-    f7, e7 = point_force((x[7], y[7], z[7]), r, lane + 7 * step, mu, p)
+    mu, v = r[MU * LANES + lane], s[VOLUME * LANES + lane]
+    p = pressure(law, r, lane, v)
+    f0, e0 = point(law, (x[0], y[0], z[0]), r, lane, mu, p)
+    f1, e1 = point(law, (x[1], y[1], z[1]), r, lane + step, mu, p)
+    f2, e2 = point(law, (x[2], y[2], z[2]), r, lane + 2 * step, mu, p)
+    f3, e3 = point(law, (x[3], y[3], z[3]), r, lane + 3 * step, mu, p)
+    f4, e4 = point(law, (x[4], y[4], z[4]), r, lane + 4 * step, mu, p)
+    f5, e5 = point(law, (x[5], y[5], z[5]), r, lane + 5 * step, mu, p)
+    f6, e6 = point(law, (x[6], y[6], z[6]), r, lane + 6 * step, mu, p)
+    f7, e7 = point(law, (x[7], y[7], z[7]), r, lane + 7 * step, mu, p)
     nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
-    return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + 0.5 * p * volume
+    return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + energy(law, r, lane, v)
 
 
 @kernel
-def block_force(s: Array, r: Array, stored: Stored) -> None:
-    """Rows 0..23 of s: the nodal forces, from what `block_dilatation` left in s.
+def block_force(law: Law, s: Array, r: Array, stored: Stored) -> None:
+    """Rows 0..23 of s: the nodal forces, from what `block_volume` left in s.
 
     Where energies are `stored`, row RESULT of s: those of the elements, J.
     """
     aligned_frame()
     for lane in range(LANES):
-        energy = lane_force(s, r, lane)
+        stores = lane_force(law, s, r, lane)
         if stored is not None:
-            s[RESULT * LANES + lane] = energy
+            s[RESULT * LANES + lane] = stores
 
 
 @inlined
-def add_dilatations(s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
-    """`add_dilatation`, and w tr dE/dt, m^3/s, to row DILATATION_RATE."""
+def add_rates(law: Law, s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
+    """`add_volume`, and w tr dE/dt, m^3/s, to row DILATATION_RATE."""
     for lane in range(LANES):
         o = lane + q * POINT_ROWS * LANES
         f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
         v = gradient_rows(point_bases(s, RATES, lane, (a, b, c)), r, o)
         d, _ = strain_rate(f, v, lag)
-        s[DILATATION * LANES + lane] += dilatation(f, r, o)
+        s[VOLUME * LANES + lane] += volume(law, f, r, o)
         s[DILATATION_RATE * LANES + lane] += 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
 
 
 @inlined
-def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
+def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
     """`lane_force` with damping, and its dissipation, W; row DILATATION_RATE must be complete."""
     x = at_points(load_bases(s, BASES, lane))
     y = at_points(load_bases(s, BASES + 12, lane))
@@ -171,32 +170,31 @@ def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float
     u = at_points(load_bases(s, RATES, lane))
     v = at_points(load_bases(s, RATES + 12, lane))
     w = at_points(load_bases(s, RATES + 24, lane))
-    step = POINT_ROWS * LANES
-    mu, k, tau = r[56 * LANES + lane], r[57 * LANES + lane], r[RELAXATION * LANES + lane]
-    volume, rate = s[DILATATION * LANES + lane], s[DILATATION_RATE * LANES + lane]
-    p, e, d = k * (volume + tau * rate), 0.5 * k * volume * volume, tau * k * rate * rate
-    t = lane
-    f0, e, d = damped_point((x[0], y[0], z[0]), (u[0], v[0], w[0]), r, t, mu, tau, p, lag, e, d)
+    step, mu = POINT_ROWS * LANES, r[MU * LANES + lane]
+    total, rate = s[VOLUME * LANES + lane], s[DILATATION_RATE * LANES + lane]
+    p, viscous, tau, e, d = damping(law, r, lane, total, rate)
+    c, t = (mu, tau, p, viscous, lag), lane
+    f0, e, d = damped_point(law, (x[0], y[0], z[0]), (u[0], v[0], w[0]), r, t, c, e, d)
     t += step
-    f1, e, d = damped_point((x[1], y[1], z[1]), (u[1], v[1], w[1]), r, t, mu, tau, p, lag, e, d)
+    f1, e, d = damped_point(law, (x[1], y[1], z[1]), (u[1], v[1], w[1]), r, t, c, e, d)
     t += step
-    f2, e, d = damped_point((x[2], y[2], z[2]), (u[2], v[2], w[2]), r, t, mu, tau, p, lag, e, d)
+    f2, e, d = damped_point(law, (x[2], y[2], z[2]), (u[2], v[2], w[2]), r, t, c, e, d)
     t += step
-    f3, e, d = damped_point((x[3], y[3], z[3]), (u[3], v[3], w[3]), r, t, mu, tau, p, lag, e, d)
+    f3, e, d = damped_point(law, (x[3], y[3], z[3]), (u[3], v[3], w[3]), r, t, c, e, d)
     t += step
-    f4, e, d = damped_point((x[4], y[4], z[4]), (u[4], v[4], w[4]), r, t, mu, tau, p, lag, e, d)
+    f4, e, d = damped_point(law, (x[4], y[4], z[4]), (u[4], v[4], w[4]), r, t, c, e, d)
     t += step
-    f5, e, d = damped_point((x[5], y[5], z[5]), (u[5], v[5], w[5]), r, t, mu, tau, p, lag, e, d)
+    f5, e, d = damped_point(law, (x[5], y[5], z[5]), (u[5], v[5], w[5]), r, t, c, e, d)
     t += step
-    f6, e, d = damped_point((x[6], y[6], z[6]), (u[6], v[6], w[6]), r, t, mu, tau, p, lag, e, d)
+    f6, e, d = damped_point(law, (x[6], y[6], z[6]), (u[6], v[6], w[6]), r, t, c, e, d)
     t += step
-    f7, e, d = damped_point((x[7], y[7], z[7]), (u[7], v[7], w[7]), r, t, mu, tau, p, lag, e, d)
+    f7, e, d = damped_point(law, (x[7], y[7], z[7]), (u[7], v[7], w[7]), r, t, c, e, d)
     nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
     return e, d
 
 
 @kernel
-def damped_force(s: Array, r: Array, lag: float) -> None:
+def damped_force(law: Law, s: Array, r: Array, lag: float) -> None:
     """Rows 0..23 of s: damped forces replace positions; rows VELOCITIES.. hold velocities.
 
     Rows RESULT and POWER of s: the elements' energies, J, and what they dissipate, W.
@@ -204,17 +202,17 @@ def damped_force(s: Array, r: Array, lag: float) -> None:
     aligned_frame()
     store_all_bases(s, BASES, 0)
     store_all_bases(s, RATES, VELOCITIES)
-    add_dilatations(s, r, 0, 0, 0, 0, lag)
-    add_dilatations(s, r, 1, 0, 1, 1, lag)
-    add_dilatations(s, r, 2, 1, 1, 3, lag)
-    add_dilatations(s, r, 3, 1, 0, 2, lag)
-    add_dilatations(s, r, 4, 2, 2, 0, lag)
-    add_dilatations(s, r, 5, 2, 3, 1, lag)
-    add_dilatations(s, r, 6, 3, 3, 3, lag)
-    add_dilatations(s, r, 7, 3, 2, 2, lag)
+    add_rates(law, s, r, 0, 0, 0, 0, lag)
+    add_rates(law, s, r, 1, 0, 1, 1, lag)
+    add_rates(law, s, r, 2, 1, 1, 3, lag)
+    add_rates(law, s, r, 3, 1, 0, 2, lag)
+    add_rates(law, s, r, 4, 2, 2, 0, lag)
+    add_rates(law, s, r, 5, 2, 3, 1, lag)
+    add_rates(law, s, r, 6, 3, 3, 3, lag)
+    add_rates(law, s, r, 7, 3, 2, 2, lag)
     for lane in range(LANES):
-        energy, power = damped_lane(s, r, lane, lag)
-        s[RESULT * LANES + lane], s[POWER * LANES + lane] = energy, power
+        stores, power = damped_lane(law, s, r, lane, lag)
+        s[RESULT * LANES + lane], s[POWER * LANES + lane] = stores, power
 
 
 @kernel
@@ -223,17 +221,18 @@ def add_force(
     moving: Moving,
 ) -> None:  # fmt: skip
     """See `loops`."""
+    law = law_of(blocks)
     s = blocks.scratch[t]
     r = blocks.reference[block]
     gather_positions(blocks.points, u, blocks.nodes[block], s)
-    if moving is not None and lane_sum(0.0, r, RELAXATION) > 0.0:
+    if moving is not None and lane_sum(0.0, r, law.relaxation) > 0.0:
         velocity, lag, power = moving
         gather(velocity, blocks.nodes[block], s, VELOCITIES)
-        damped_force(s, r, lag)
+        damped_force(law, s, r, lag)
         power[t] = lane_sum(power[t], s, POWER)
     else:
-        block_dilatation(s, r)
-        block_force(s, r, stored)
+        block_volume(law, s, r)
+        block_force(law, s, r, stored)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
         stored[t, 0] += lane_sum(0.0, s, RESULT)
@@ -245,7 +244,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     smallest = np.inf
     r = blocks.reference[block]
     gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-    block_dilatation(s, r)
+    store_all_bases(s, BASES, 0)
     for q in range(8):
         values = VALUES[q]
         for lane in range(LANES):
@@ -258,20 +257,14 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
 
 @entry
 def pressures(blocks: Blocks, displacement: Array, cells: Index, out: Array) -> None:
-    """Lambda e, Pa, of `cells` into out (n,), e their mean dilatation.
-
-    Each block is gathered once for a run of cells that lie in it.
-    """
-    gathered = -1
+    """The p of `cells` into out (n,), Pa. Each block is gathered once for a run of cells in it."""
+    law, gathered = law_of(blocks), -1
     s = blocks.scratch[0]
     for row in range(len(cells)):
         block, lane = cells[row] // LANES, cells[row] % LANES
         r = blocks.reference[block]
         if block != gathered:
             gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-            block_dilatation(s, r)
+            block_volume(law, s, r)
             gathered = block
-        out[row] = r[57 * LANES + lane] * s[DILATATION * LANES + lane]
-
-
-implement(Hex8Blocks, add_force, least_det)
+        out[row] = pressure(law, r, lane, s[VOLUME * LANES + lane])

@@ -14,7 +14,7 @@ the last mode leaves no trace in the volume, and its b is zero.
 from reference_fem.arrays import Array
 from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.hexahedron.edges import Three
+from reference_fem.elements.hexahedron.edges import Three, dot
 
 Six = tuple[Three, Three, Three, Three, Three, Three]
 Modes = tuple[float, float, float, float, float, float, float]
@@ -54,12 +54,6 @@ def spread(s: Array, o: int, m: Modes) -> None:
     near, far = slope_high - twist_high, slope_high + twist_high
     s[o + 4 * LANES], s[o + 5 * LANES] = even - near, even + near
     s[o + 6 * LANES], s[o + 7 * LANES] = odd + far, odd - far
-
-
-@inlined
-def dot(a: Three, b: Three) -> float:
-    """Return a . b."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 @inlined

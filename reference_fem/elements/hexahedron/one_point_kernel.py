@@ -26,8 +26,8 @@ from reference_fem.arrays import Array, Index
 from reference_fem.compiled import inlined, kernel
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
-from reference_fem.elements.hexahedron.edges import Four, Rows, Three
-from reference_fem.elements.hexahedron.modes import Modes, Six, dot, mean_gradients, modes, spread
+from reference_fem.elements.hexahedron.edges import Four, Rows, Three, dot
+from reference_fem.elements.hexahedron.modes import Modes, Six, mean_gradients, modes, spread
 from reference_fem.elements.hexahedron.nodes import gather, scatter
 from reference_fem.elements.loops import implement
 from reference_fem.elements.stress import lower

@@ -10,7 +10,7 @@ instead of J^-1 and w, and two products become triangular.
 from reference_fem.arrays import Array
 from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES
-from reference_fem.elements.hexahedron.edges import Rows, Three
+from reference_fem.elements.hexahedron.edges import Rows, Three, cross, dot
 
 POINT_ROWS = 7
 
@@ -36,49 +36,18 @@ def gradient_rows(g: Rows, r: Array, o: int) -> Rows:
 
 
 @inlined
-def force_row(fx: Three, s1: Three, s2: Three, s3: Three, r: Array, o: int) -> Three:
-    """One row of w (F Q)(Q^T S Q) R^-T: the forces conjugate to that row of g_1, g_2, g_3."""
-    p1 = fx[0] * s1[0] + fx[1] * s1[1] + fx[2] * s1[2]
-    p2 = fx[0] * s2[0] + fx[1] * s2[1] + fx[2] * s2[2]
-    p3 = fx[0] * s3[0] + fx[1] * s3[1] + fx[2] * s3[2]
+def conjugate(p: Three, r: Array, o: int) -> Three:
+    """P R^-T of a row of w P Q: the forces conjugate to that row of g_1, g_2, g_3."""
     return (
-        p1 * r[o] + p2 * r[o + LANES] + p3 * r[o + 2 * LANES],
-        p2 * r[o + 3 * LANES] + p3 * r[o + 4 * LANES],
-        p3 * r[o + 5 * LANES],
-    )
-
-
-@inlined
-def dilatation(f: Rows, r: Array, o: int) -> float:
-    """Return w tr E at one point, m^3, from the rows of F Q."""
-    fx, fy, fz = f
-    xx = fx[0] * fx[0] + fx[1] * fx[1] + fx[2] * fx[2]
-    yy = fy[0] * fy[0] + fy[1] * fy[1] + fy[2] * fy[2]
-    zz = fz[0] * fz[0] + fz[1] * fz[1] + fz[2] * fz[2]
-    return r[o + 6 * LANES] * (0.5 * (xx + yy + zz) - 1.5)
-
-
-@inlined
-def green_strain(f: Rows) -> tuple[Three, Three]:
-    """2E = C - I in the point's frame, as (11, 22, 33), (12, 23, 13)."""
-    fx, fy, fz = f
-    return (
-        (
-            fx[0] * fx[0] + fy[0] * fy[0] + fz[0] * fz[0] - 1.0,
-            fx[1] * fx[1] + fy[1] * fy[1] + fz[1] * fz[1] - 1.0,
-            fx[2] * fx[2] + fy[2] * fy[2] + fz[2] * fz[2] - 1.0,
-        ),
-        (
-            fx[0] * fx[1] + fy[0] * fy[1] + fz[0] * fz[1],
-            fx[1] * fx[2] + fy[1] * fy[2] + fz[1] * fz[2],
-            fx[0] * fx[2] + fy[0] * fy[2] + fz[0] * fz[2],
-        ),
+        p[0] * r[o] + p[1] * r[o + LANES] + p[2] * r[o + 2 * LANES],
+        p[1] * r[o + 3 * LANES] + p[2] * r[o + 4 * LANES],
+        p[2] * r[o + 5 * LANES],
     )
 
 
 @inlined
 def strain_rate(f: Rows, v: Rows, lag: float) -> tuple[Three, Three]:
-    """2 dE/dt = F^T F' + F'^T F, F' = dF/dt, in the order of `green_strain`, from rows of F and F'.
+    """2 dE/dt = F^T F' + F'^T F, F' = dF/dt, as (11, 22, 33), (12, 23, 13), from rows of F and F'.
 
     F' is that of `lag` ago, and is combined with the F of that time, F - lag F': over a step of
     twice the lag the rate is the difference of the strains, which is zero where the body turns.
@@ -106,7 +75,7 @@ def strain_rate(f: Rows, v: Rows, lag: float) -> tuple[Three, Three]:
 
 @inlined
 def product(d: Three, h: Three) -> float:
-    """E:E from 2E as `green_strain` gives it."""
+    """E:E from 2E in the order of `strain_rate`."""
     squares = d[0] * d[0] + d[1] * d[1] + d[2] * d[2]
     return 0.25 * (squares + 2.0 * (h[0] * h[0] + h[1] * h[1] + h[2] * h[2]))
 
@@ -115,54 +84,22 @@ def product(d: Three, h: Three) -> float:
 def stress_force(f: Rows, d: Three, h: Three, r: Array, o: int, wmu: float, wp: float) -> Rows:
     """Rows x, y, z of w F S J^-T, S = p I + 2 mu E: the forces conjugate to g_1, g_2, g_3.
 
-    d, h : 2E as `green_strain` gives it. wmu, wp : w mu and w p, J.
+    d, h : 2E in the order of `strain_rate`. wmu, wp : w mu and w p, J.
     """
     s12, s23, s13 = wmu * h[0], wmu * h[1], wmu * h[2]
     s1 = (wmu * d[0] + wp, s12, s13)
     s2 = (s12, wmu * d[1] + wp, s23)
     s3 = (s13, s23, wmu * d[2] + wp)
+    fx, fy, fz = f
     return (
-        force_row(f[0], s1, s2, s3, r, o),
-        force_row(f[1], s1, s2, s3, r, o),
-        force_row(f[2], s1, s2, s3, r, o),
+        conjugate((dot(fx, s1), dot(fx, s2), dot(fx, s3)), r, o),
+        conjugate((dot(fy, s1), dot(fy, s2), dot(fy, s3)), r, o),
+        conjugate((dot(fz, s1), dot(fz, s2), dot(fz, s3)), r, o),
     )
-
-
-@inlined
-def point_force(g: Rows, r: Array, o: int, mu: float, pressure: float) -> tuple[Rows, float]:
-    """Rows x, y, z of w F S J^-T: the forces conjugate to g_1, g_2, g_3 at one point; w mu E:E, J.
-
-    Where the caller that inlines this does not use the energy, it is not computed.
-    """
-    f = gradient_rows(g, r, o)
-    d, h = green_strain(f)
-    wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
-    return stress_force(f, d, h, r, o, wmu, wp), wmu * product(d, h)
-
-
-@inlined
-def damped_point(
-    bases: Rows, rates: Rows, r: Array, o: int, mu: float, tau: float, pressure: float, lag: float,
-    energy: float, power: float,
-) -> tuple[Rows, float, float]:  # fmt: skip
-    """`point_force` with damping, `rates` those of g; returns energy and power plus its own."""
-    f, v = gradient_rows(bases, r, o), gradient_rows(rates, r, o)
-    d, h = green_strain(f)
-    e, g = strain_rate(f, v, lag)
-    wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * pressure
-    energy += wmu * product(d, h)
-    power += 2.0 * tau * wmu * product(e, g)
-    d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
-    h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
-    return stress_force(f, d, h, r, o, wmu, wp), energy, power
 
 
 @inlined
 def point_det(g: Rows, r: Array, o: int) -> float:
     """Return det F at one point."""
     fx, fy, fz = gradient_rows(g, r, o)
-    return (
-        fx[0] * (fy[1] * fz[2] - fy[2] * fz[1])
-        + fx[1] * (fy[2] * fz[0] - fy[0] * fz[2])
-        + fx[2] * (fy[0] * fz[1] - fy[1] * fz[0])
-    )
+    return dot(fx, cross(fy, fz))

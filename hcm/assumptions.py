@@ -77,5 +77,12 @@ class Assumptions:
         """Whether any refinement of the beams or their contact is switched on."""
         return any(self.has(field.name) for field in fields(self)[1:] if field.name != "whole_tap")
 
+    @property
+    def needs_stiffness(self) -> bool:
+        """Whether tip.normal_stiffness enters: by F_n, or by the spring of a patch that slips as a
+        whole.
+        """
+        return not self.has("partial_slip")
+
 
 PAPER = Assumptions()

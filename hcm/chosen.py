@@ -52,6 +52,8 @@ STAGE_SHARE, LONGEST_TURN = 30.0, 1.2
 # and by how much of the compliance that this mode adds to the spring the tap changes where no step
 # resolves it: of 276 stiff fingers on springs 18 missed 1e-3 (by 1.7 times at most) without them
 BENDING_TURN, EXCITED_SHARE = 5.0, 0.3
+# m/s at the touch, to the 1/4th power of which Hertz's frequencies go, where rods do not touch
+UNKNOWN_SPEED = 1.0
 # for refined beams, whose element errors fall with l^2 only: w h over sqrt(eps), and elements over
 # kappa L/sqrt(eps). 4, 5 and 7 elements of the soft finger are off by 2.9, 1.7 and 0.8e-3, steps of
 # w h = sqrt(eps) by 0.02e-3. Of 334 random falls with e* = 1 and 0.6 all but 12 keep 1e-3 with
@@ -140,9 +142,10 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     phalanges = scene.finger.phalanges
     fall = rods_fall(scene)
     hertz = None
-    if scene.assumptions.has("hertz") and fall is not None:
+    if scene.assumptions.has("hertz"):
         hertz = law_of(scene.finger, scene.surface, scene.tip, scene.assumptions).k
-    frequency = contact_frequency(phalanges[-1], scene.tip, hertz, fall.speed if fall else 0.0)
+    speed = fall.speed if fall else UNKNOWN_SPEED
+    frequency = contact_frequency(phalanges[-1], scene.tip, hertz, speed)
     has_torques = acting_joints(scene.drive, len(phalanges))[0].size > 0
     driven = fall is not None and bool(fall.rods[0].moment.any())
     flight = choose_flight(accuracy, scene, fall, frequency, driven, stated)
@@ -166,7 +169,8 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     step = min(min(of_turn * math.sqrt(in_contact), LONGEST_TURN) / fastest, 1.0)
     if method == GAUSS:
         bending = first_bending_frequency(phalanges[-1])
-        share = 4.0 * tip_stiffness(scene.tip) / (mass * bending**2)
+        depth = speed / frequency if hertz else 0.0
+        share = 4.0 * tip_stiffness(scene.tip, hertz, depth) / (mass * bending**2)
         if EXCITED_SHARE * share > in_contact:
             step = min(step, BENDING_TURN * stages / STAGES / bending)
     share, most = DRIVEN_NEWTON if method == GAUSS and has_torques else NEWTON[method]
@@ -213,6 +217,7 @@ def first_bending_frequency(phalanx: Phalanx) -> float:
     return 15.418 / phalanx.length**2 * math.sqrt(stiffness)
 
 
-def tip_stiffness(tip: Tip) -> float:
-    """The stiffer of a tip's two springs, that of restitution, N/m."""
-    return tip.normal_stiffness / tip.restitution**2
+def tip_stiffness(tip: Tip, hertz: float | None = None, depth: float = 0.0) -> float:
+    """The stiffer of a tip's two springs, that of restitution, or of Hertz's at a depth, N/m."""
+    k = tip.k if hertz is None else 1.5 * hertz * math.sqrt(depth)
+    return k / tip.restitution**2

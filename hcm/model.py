@@ -65,6 +65,11 @@ class Scene:
 
     def __post_init__(self) -> None:
         check_fields(self)
+        if self.tip.normal_stiffness is None and self.assumptions.needs_stiffness:
+            raise ParameterError(
+                "tip.normal_stiffness is missing: must be a finite number in N/m, > 0, or"
+                " assumptions 'refined', which do without"
+            )
 
 
 def rods_state(finger: Finger, start: RigidStart | None) -> tuple[Floats, float]:

@@ -103,8 +103,9 @@ class Surface:
 class Tip:
     """Lumped-parameter contact of the fingertip (paper, section 2.2.2)."""
 
-    normal_stiffness: Annotated[float, Bound("N/m", above=0)]
-    """k, slope of the normal element while it is compressed."""
+    normal_stiffness: Annotated[float | None, Bound("N/m", above=0)] = None
+    """k, slope of the normal element while it is compressed; needed by these
+    assumptions alone: `Assumptions.needs_stiffness`."""
     restitution: Annotated[float, Bound(at_least=1e-3, at_most=1)] = 1.0
     """e*, energetic coefficient; the slope of restitution is k/e*^2."""
     tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
@@ -119,6 +120,11 @@ class Tip:
 
     def __post_init__(self) -> None:
         check_fields(self)
+
+    @property
+    def k(self) -> float:
+        """Its normal stiffness, N/m; 0 if none is given."""
+        return self.normal_stiffness or 0.0
 
 
 @dataclass(frozen=True)

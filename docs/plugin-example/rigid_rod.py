@@ -18,7 +18,11 @@ sources, independent_of = ("rigid_rod",), ("hcm", "reference_fem", "meshes")
 
 def refusal(scene):
     """Why it can't take this scene."""
-    return "torques are not carried; leave drive.torques out" if scene.tables.drive.torques else ""
+    if scene.tables.drive.torques:
+        return "torques are not carried; leave drive.torques out"
+    if scene.tables.tip.normal_stiffness is None:
+        return "tip.normal_stiffness is missing: it is the spring's k"
+    return ""
 
 
 def warm_up():

@@ -74,7 +74,7 @@ class ContactLaw(NamedTuple):
 def contact_law(surface: Surface, tip: Tip) -> ContactLaw:
     """Gather the contact's constants from the surface and the tip."""
     return ContactLaw(
-        float(tip.normal_stiffness),
+        float(tip.k),
         float(tip.restitution),
         float(tip.tangential_ratio),
         float(surface.friction),

@@ -23,10 +23,10 @@ import numpy as np
 
 from validation.compare.grid_convergence import NEARLY, Convergence, convergence
 from validation.errors import RunFailedError, UserError
-from validation.identify.reduced_tap import reduced_tap, stated_force, touch_angle_of
+from validation.identify.reduced_tap import first_tap, stated_force, touch_angle_of
 from validation.models import solid_inputs, solid_mesh
 from validation.models.adapter import Progress
-from validation.models.hcm import hcm_scene
+from validation.models.hcm import assumptions_of
 from validation.scenes.load import NamedScene
 
 # Edge at the contact over Hertz's contact radius, and its growth to the next edge: changing both
@@ -83,7 +83,7 @@ class ContactIdentification:
     ratio: Convergence | None
     hertz_N_per_m: float
     mindlin_eta_squared: float
-    scene_normal_stiffness_N_per_m: float
+    scene_normal_stiffness_N_per_m: float | None
     scene_eta_squared: float
     touch_angle_deg: float
     round_touch_angle_deg: float
@@ -129,10 +129,10 @@ def identify_contact(
 
     tables = scene.tables
     upright = 0.5 * np.pi
-    tap = reduced_tap(scene, tables.tip.normal_stiffness)
+    touch = solid_mesh.predicted_touch(tables, 3)
+    tap = first_tap(scene, touch)
     angle = float(np.clip(touch_angle_of(tap), -upright, upright))
     # the refined tip touches with its lowest point, before the end of its axis arrives
-    touch = solid_mesh.predicted_touch(tables, 3)
     round_angle = angle if touch is None else float(np.clip(touch.angle, -upright, upright))
     material = solid_inputs.solid_parts(tables).materials[-1]
     radius, below = tables.tip_radius, upright - abs(angle)
@@ -194,7 +194,7 @@ def identify_contact(
 
 def _law_cautions(scene: NamedScene) -> tuple[str, ...]:
     """Caution about a force that k does not enter."""
-    if not hcm_scene(scene, estimate=False).assumptions.has("hertz"):
+    if not assumptions_of(scene.tables).has("hertz"):
         return ()
     return (
         "under solver.hcm.hertz, one of the refined assumptions, k does not enter the reduced"

@@ -96,6 +96,8 @@ def draw(path: Path, found: ContactIdentification) -> None:
             (found.normal_stiffness_N_per_m, ORANGE, "spring of the same energy"),
             (found.scene_normal_stiffness_N_per_m, GREY, "the scene's k"),
         ):
+            if stiffness is None:
+                continue
             axis.plot([0, 1e6 * top / stiffness], [0, top], color=color, lw=1, label=name)
         axis.axhline(found.force_N, color=BLACK, lw=0.6, ls=":")
         axis.set(xlabel="indentation (µm)", ylabel="normal force (N)", xlim=(0, None))
@@ -138,7 +140,7 @@ def run_identify_contact(
     for row in table:
         known = with_error(row["static_indentation"], row.get("uncertainty"), 4)
         theory = f"{row['theory_is']}: {row['theory']:.4g}" if "theory" in row else ""
-        given = f"; the scene's own: {row['scene']:.4g}" if "scene" in row else ""
+        given = f"; the scene's own: {row['scene']:.4g}" if row.get("scene") else ""
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         output(f"  {row['quantity']}: {known}{unit}" + f" ({theory}{given})" * bool(theory))
     for what, judged in {"k": found.stiffness, "eta^2": found.ratio, **found.yielding}.items():

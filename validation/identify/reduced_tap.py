@@ -1,7 +1,6 @@
 """The reduced model's tap with another k: its peak force, and the angle at which it touches."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,8 @@ import numpy as np
 from validation.errors import RunFailedError
 from validation.harness.interrupts import unless_interrupted
 from validation.models.hcm import hcm_scene
-from validation.scenes.load import NamedScene
+from validation.models.solid_mesh import touching_spring
+from validation.scenes.load import NamedScene, changed_scene
 
 ROUNDS = 12  # fixed-point iterations; each contracts by dln F/dln k dln k/dln F = 0.5 * 0.33
 
@@ -52,6 +52,21 @@ def touch_angle_of(tap: Any) -> float:
     return touch_angle(float(np.arctan2(-y, -x)))
 
 
+def first_tap(scene: NamedScene, touch: Any) -> Any:
+    """The reduced model's tap with the scene's k; if it has none, with the spring of the energy of
+    the rigid finger's `touch`.
+
+    Raises RunFailedError: neither is known, or the tap is not completed.
+    """
+    k = scene.tables.tip.normal_stiffness
+    if k is None and touch is None:
+        raise RunFailedError(
+            f"scene {scene.name}: the rigid finger does not touch, which would give a first k;"
+            " state tip.normal_stiffness, or lower surface.height"
+        )
+    return reduced_tap(scene, touching_spring(scene.tables, touch) if k is None else k)
+
+
 def reduced_tap(scene: NamedScene, stiffness: float) -> Any:
     """The reduced model's tap with another k.
 
@@ -59,9 +74,9 @@ def reduced_tap(scene: NamedScene, stiffness: float) -> Any:
     """
     import hcm
 
-    given = hcm_scene(scene, estimate=False)
-    given = replace(given, tip=replace(given.tip, normal_stiffness=stiffness))
-    result = unless_interrupted(hcm.simulate_scene(given))
+    key = f"tip.normal_stiffness={float(stiffness)!r}"
+    scene = changed_scene(scene.name, scene.document, (key,), scene.name)
+    result = unless_interrupted(hcm.simulate_scene(hcm_scene(scene, estimate=False)))
     if result.summary.peak_normal_force_N is None or result.status is not hcm.Status.COMPLETED:
         why = result.message or "it does not touch"
         raise RunFailedError(

@@ -216,6 +216,14 @@ def predicted_touch(tables: Scene, dimension: Dimension) -> Any:
     return reference_fem.predicted_touch(*given, state, dimension)
 
 
+def touching_spring(tables: Scene, touch: Any) -> float:
+    """The spring that holds Hertz's energy at the turn, k d^2/2 = 2/5 F d, d = a^2/R, N/m.
+
+    touch : of the rigid finger (`predicted_touch`), with the force F and the patch's radius a.
+    """
+    return float(0.8 * touch.force * tables.tip_radius / touch.patch_radius**2)
+
+
 def rod_flight(tables: Scene, dimension: Dimension) -> reference_fem.RodFlight:
     """A rigid flight, before anything is solved."""
     import reference_fem

@@ -7,6 +7,7 @@ the same rule in all.
 """
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 from hcm.assumptions import NEEDS, Assumptions
 
@@ -19,6 +20,12 @@ class Variant:
 
     name: str
     refined: frozenset[str]
+
+    @property
+    def assumptions(self) -> Assumptions:
+        """These assumptions, as the solver takes them."""
+        switches: dict[str, Any] = {switch: switch in self.refined for switch in ORDER}
+        return Assumptions(**switches)
 
     @property
     def overrides(self) -> tuple[str, ...]:

@@ -148,7 +148,7 @@ class _Finger:
         """Switch the contact on, as linear terms in the tip's displacement from rest; from then on
         every step is stored and converges to `CONTACT_RELATIVE`.
         """
-        stiffness, mu = self.scene.tip.normal_stiffness, self.scene.surface.friction
+        stiffness, mu = self.scene.tip.k, self.scene.surface.friction
         matrix = np.zeros((4, 4))
         matrix[0, 1], matrix[1, 1] = -mu * stiffness, stiffness
         force = matrix @ np.array([0.0, -self.scene.surface.height, 0.0, 0.0])
@@ -222,13 +222,13 @@ def tap(
         # those of the contact: its start once, though every call stores its own
         latest = finger.system.GetSensorStoredData(finger.sensor)[-(steps + (number == 0)) :]
         rows = np.concatenate([rows, latest])
-        force = -scene.tip.normal_stiffness * (rows[:, 2] + scene.surface.height)
+        force = -scene.tip.k * (rows[:, 2] + scene.surface.height)
         if _falls(force).size:
             break
     time = rows[:, 0] - contact
     quantities = _quantities(contact, time, force, located)
     tap_rows = time <= quantities.duration_s  # beyond it the linear terms pull the tip back
-    stretched = scene.surface.friction * force / scene.tip.normal_stiffness  # eta^2 times it
+    stretched = scene.surface.friction * force / scene.tip.k  # eta^2 times it
     particle = scene.tip.tangential_ratio * rows[:, 1] - stretched  # X_P over eta^2
     if (np.diff(particle[tap_rows]) <= 0.0).any():
         raise PeerFailedError(

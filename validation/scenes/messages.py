@@ -124,8 +124,7 @@ def _missing(key: str) -> str:
     ]
     if inside:
         names = ", ".join(k.removeprefix(key + ".") for k in inside)
-        only = _advice(inside[0]) if len(inside) == 1 else ""
-        return f"add a table [{key}] with {names}{only}"
+        return f"add a table [{key}] with {names}"
     table, _, name = key.rpartition(".")
     return f"add {name} = ... under [{table}]" + _advice(key)
 

@@ -30,7 +30,7 @@ class Scene(Table):
     finger: FingerTable
     material: MaterialTable
     surface: SurfaceTable
-    tip: TipTable
+    tip: TipTable = TipTable()
     drive: DriveTable = DriveTable()
     start: StartTable = StartTable()
     solver: SolverTable = SolverTable.model_validate({})

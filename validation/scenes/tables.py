@@ -26,9 +26,6 @@ INCLINE_ADVICE = "20 degrees are 0.349 rad; a surface that hangs over takes driv
 RELAXATION_ADVICE = (
     "write seconds: a vibration of frequency f has the share pi f tau of critical damping"
 )
-STIFFNESS_ADVICE = (
-    "hcm alone uses it: write 1e6 if it is not known, and fingertap identify contact finds it"
-)
 POISSON_ADVICE = "0.5 is incompressible and has no finite bulk modulus: use 0.49 or less"
 
 COMPLIANCE = SceneNumber(at_least=-10, at_most=10)
@@ -120,11 +117,9 @@ class SurfaceTable(Table):
 class TipTable(Table):
     """The reduced model's lumped contact (the solid models resolve the contact instead)."""
 
-    normal_stiffness: Annotated[
-        float, SceneNumber("N/m", above=0, at_most=1e14, advice=STIFFNESS_ADVICE)
-    ]
-    """k, slope of the normal element while it is compressed; where Hertz's law is assumed
-    (hcm-refined), E and nu give it instead."""
+    normal_stiffness: Annotated[float | None, SceneNumber("N/m", above=0, at_most=1e14)] = None
+    """k, slope of the normal element while it is compressed. hcm alone needs it: hcm-refined has
+    Hertz's law, by E and nu."""
     restitution: Annotated[
         float, SceneNumber(at_least=1e-3, at_most=1, advice="1 returns all of the energy")
     ] = 1.0

@@ -141,11 +141,15 @@ def default_overrides(scene: str, model: str, estimate: bool) -> tuple[str, ...]
 
 
 def assumption_jobs(scene: str, overrides: Sequence[str] = ()) -> list[Job]:
-    """The reduced model between the paper's assumptions and the refined ones."""
+    """The reduced model between the paper's assumptions and the refined ones; with those that need
+    no tip.normal_stiffness if the scene has none.
+    """
     beams = estimate_override(PAPER_REDUCED.model)
+    known = load_scene(scene, overrides).tables.tip.normal_stiffness is not None
     return [
         Job(scene, PAPER_REDUCED.model, (*overrides, *beams, *v.overrides), v.name)
         for v in all_variants()
+        if known or not v.assumptions.needs_stiffness
     ]
 
 

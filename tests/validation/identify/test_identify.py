@@ -10,12 +10,13 @@ import pytest
 from matplotlib import pyplot as plt
 
 from tests.validation.commands import Patch, Run
+from tests.validation.models.test_variants import WITHOUT_TIP
 from validation.compare.grid_convergence import convergence
 from validation.errors import RunFailedError, UserError
 from validation.identify import contact as identify
 from validation.identify import contact_command, reduced_tap
 from validation.models import solid_mesh
-from validation.scenes.load import load_scene
+from validation.scenes.load import changed_scene, load_scene
 
 
 @pytest.fixture
@@ -80,6 +81,27 @@ def test_stiffness_is_that_of_the_touch_whose_force_it_has() -> None:
     found = identify.identify_contact(load_scene("soft", unlike))
     # rigid phalanges, without what the beams bend on their way
     assert found.touch_angle_deg == pytest.approx(found.round_touch_angle_deg, abs=0.5)
+
+
+@pytest.mark.usefixtures("springs")
+def test_a_scene_without_a_stiffness_gets_one(
+    tmp_path: Path, fingertap: Run, monkeypatch: Patch
+) -> None:
+    """The iteration begins elsewhere and ends, to its 1e-4, where that from the paper's k does."""
+    own, few = load_scene("soft").document, ("finger.elements=5",)
+    bare = {key: value for key, value in own.items() if key != "tip"}
+    scenes = [changed_scene("soft", of, few, "soft") for of in (own, bare)]
+    first, second = (identify.identify_contact(scene) for scene in scenes)
+    assert second.scene_normal_stiffness_N_per_m is None
+    assert second.force_N == pytest.approx(first.force_N, rel=2e-4)
+    assert second.touch_angle_deg == pytest.approx(first.touch_angle_deg, abs=1e-9)
+    path = tmp_path / "bare.toml"
+    path.write_text(WITHOUT_TIP)
+    said = fingertap("identify", "contact", path, "--set", *few, "--out", tmp_path).out
+    assert "the scene's own" not in said.splitlines()[1]
+    monkeypatch.setattr(solid_mesh, "predicted_touch", lambda *_: None)
+    with pytest.raises(RunFailedError, match=r"state tip\.normal_stiffness, or lower"):
+        identify.identify_contact(scenes[1])
 
 
 @pytest.mark.usefixtures("springs")

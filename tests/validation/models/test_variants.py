@@ -1,14 +1,17 @@
 """The models between the paper's assumptions and the refined ones."""
 
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from hcm import Assumptions
+from tests.validation.commands import Run
 from validation.models.hcm import HCM, HCM_REFINED
-from validation.models.variants import ORDER, Variant, cumulative, leave_one_out
+from validation.models.variants import ORDER, Variant, all_variants, cumulative, leave_one_out
 from validation.scenes.load import load_scene
+from validation.validate.plan import assumption_jobs
 
 
 def test_one_assumption_after_the_other_becomes_the_refined_ones() -> None:
@@ -48,3 +51,28 @@ def test_the_refined_model_has_what_a_scene_does_not_switch() -> None:
     without = "solver.hcm.half_ball=false"
     assert refined != peak(HCM_REFINED, without)
     assert peak(HCM_REFINED, without) == peak(HCM, "solver.hcm.assumptions='refined'", without)
+
+
+WITHOUT_TIP = """
+finger = {length = 0.04, diameter = 0.015}
+material = {youngs_modulus = 1e9, density = 1400.0, poisson_ratio = 0.4}
+surface = {height = 0.1, friction = 0.5}
+"""
+
+
+def test_a_scene_without_a_tip_is_for_what_has_no_spring(tmp_path: Path, fingertap: Run) -> None:
+    """hcm, and what begins with its assumptions, say so before anything is solved."""
+    path = tmp_path / "bare.toml"
+    path.write_text(WITHOUT_TIP)
+    scene = load_scene(str(path))
+    missing = "tip.normal_stiffness is missing: the spring of the paper's reduced model"
+    assert HCM.refusal(scene).startswith(missing)
+    assert not HCM_REFINED.refusal(scene)
+    assert not HCM.refusal(load_scene(str(path), ("solver.hcm.assumptions=refined",)))
+    for command in ("run", "validate", "waterfall"):
+        model = ["--model", "hcm"] if command == "run" else []
+        assert missing in fingertap(command, path, *model, "--out", tmp_path).refusal
+    variants = {job.variant for job in assumption_jobs(str(path))}
+    assert {"+ partial_slip", "without shear"} < variants
+    assert variants.isdisjoint({"paper", "+ hertz", "without partial_slip"})
+    assert len(assumption_jobs("soft")) == len(all_variants())

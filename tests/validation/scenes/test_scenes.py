@@ -250,13 +250,6 @@ def test_bad_scenes_are_refused_in_one_line(
     assert all(part in text for part in parts)
 
 
-WITHOUT_TIP = b"""
-finger = {length = 0.04, diameter = 0.015}
-material = {youngs_modulus = 1e9, density = 1400.0, poisson_ratio = 0.4}
-surface = {height = 0.1, friction = 0.5}
-"""
-
-
 @pytest.mark.parametrize(
     ("content", "parts"),
     [
@@ -267,8 +260,6 @@ surface = {height = 0.1, friction = 0.5}
         (b"#" * (MAX_BYTES + 1), ["larger than"]),
         (b"", ["finger is missing", "[finger]", "length, diameter"]),
         (b"[finger]\ndiameter = 1", ["finger.length is missing", "length = ..."]),
-        (WITHOUT_TIP, ["tip is missing", "with normal_stiffness; hcm alone uses it"]),
-        (WITHOUT_TIP + b"[tip]", ["tip.normal_stiffness is missing", "hcm alone uses it"]),
     ],
 )
 def test_bad_files_are_refused_in_one_line(

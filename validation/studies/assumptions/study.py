@@ -81,10 +81,10 @@ def _point(found: dict[str, Any]) -> dict[str, Any]:
     """A point with what follows from its values in the ranges."""
     found["finger.phalanges"] = int(found["finger.phalanges"])
     found["surface.height"] = six(_height(found))
-    touch = solid_mesh.predicted_touch(tables_of(found), 3)
-    # the linear spring that holds Hertz's energy at the turn, k d^2/2 = 2/5 F d, d = a^2/R
+    tables = tables_of(found)
+    touch = solid_mesh.predicted_touch(tables, 3)
     radius, nu = 0.5 * DIAMETER, found["material.poisson_ratio"]
-    found["tip.normal_stiffness"] = six(0.8 * touch.force * radius / touch.patch_radius**2)
+    found["tip.normal_stiffness"] = six(solid_mesh.touching_spring(tables, touch))
     found["tip.tangential_ratio"] = six(2.0 * (1.0 - nu) / (2.0 - nu))
     found["patch_over_radius"] = six(touch.patch_radius / radius)
     return found

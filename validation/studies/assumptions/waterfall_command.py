@@ -9,7 +9,7 @@ import numpy as np
 from hcm.assumptions import Assumptions
 from validation.compare.differences import Difference, differences_of
 from validation.compare.figures import AS_WRITTEN, assumption_bars
-from validation.errors import RunFailedError
+from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import Fresh, Overrides
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLACK, ORANGE, panels
@@ -20,6 +20,7 @@ from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
 from validation.harness.uncertainty import two_digits, with_error
 from validation.models import default_accuracy
+from validation.models.hcm import NO_STIFFNESS
 from validation.models.variants import cumulative, short_name
 from validation.runs.execute import Job, in_fresh_process
 from validation.scenes.load import load_scene
@@ -48,6 +49,8 @@ def waterfall(
         and each run.
     """
     named = load_scene(scene, overrides)
+    if named.tables.tip.normal_stiffness is None:
+        raise UserError(f"scene {named.name}: {NO_STIFFNESS}")
     store = Store(out / "store", fresh)
     with exclusive_folder(out / "waterfall" / safe_name(named.name)) as folder:
         remove(folder, "waterfall.*")  # an earlier call's, perhaps with other overrides

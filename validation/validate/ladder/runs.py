@@ -32,7 +32,7 @@ class Contact:
 
 def scene_contact(scene: NamedScene) -> Contact:
     """The scene's own constants, which in the built-in scenes are the paper's."""
-    return Contact(scene.tables.tip.normal_stiffness, scene.tables.tangential_ratio)
+    return Contact(hcm_scene(scene, estimate=False).tip.k, scene.tables.tangential_ratio)
 
 
 def _completed(record: RunRecord) -> RunRecord:

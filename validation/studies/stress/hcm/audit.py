@@ -102,7 +102,7 @@ def _losses(scene: Scene, result: TapResult) -> Floats:
     # compression that ends at F2 after it began at F1 can't give back (1 - e*^2) (F2^2 - F1^2)/(2k)
     square = np.diff(h.normal_force_N**2) * (h.mode[:-1] // 3 == 1)
     loops = np.append(0.0, np.cumsum(square)) * (1 - tip.restitution**2)
-    return np.asarray(friction + loops / (2 * tip.normal_stiffness))
+    return np.asarray(friction + loops / (2 * tip.k))
 
 
 def _turned(before: Posture, after: Posture) -> Floats:

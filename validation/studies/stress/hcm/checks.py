@@ -86,7 +86,7 @@ def _largest(offences: Floats, result: TapResult) -> float:
 
 def _contact_law(scene: Scene, result: TapResult) -> Iterator[str]:
     """F_n changes by -k_n du_Y over every step, is zero in flight and never pulls."""
-    h, k = result.history, scene.tip.normal_stiffness
+    h, k = result.history, scene.tip.k
     normal = h.mode // 3
     stiffest = k / scene.tip.restitution**2
     fn, peak = h.normal_force_N, float(h.normal_force_N.max())
@@ -110,7 +110,7 @@ def _cone(scene: Scene, result: TapResult) -> Iterator[str]:
     """|F_t| <= mu F_n, and slip is dissipative: F_t V_P <= 0."""
     h, mu = result.history, scene.surface.friction
     ratio = max(scene.tip.tangential_ratio, mu / scene.tip.restitution**2)
-    noise = scene.tip.normal_stiffness * ratio * _gap_noise(scene, result)
+    noise = scene.tip.k * ratio * _gap_noise(scene, result)
     excess = np.abs(h.tangential_force_N) - mu * h.normal_force_N * (1 + 1e-9)
     peak = mu * float(h.normal_force_N.max())
     if excess.max() > noise + 1e-9 * peak:

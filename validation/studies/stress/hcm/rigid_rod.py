@@ -23,7 +23,7 @@ from validation.studies.stress.stability_map import CellVerdict
 
 def closed_form(scene: Scene) -> dict[str, float]:
     """t_c (s), peak F_n (N), duration (s) and impulse (N s) of a frictionless elastic tap."""
-    phalanx, g, k = scene.finger.phalanges[0], scene.drive.gravity, scene.tip.normal_stiffness
+    phalanx, g, k = scene.finger.phalanges[0], scene.drive.gravity, scene.tip.k
     length, height = phalanx.length, scene.surface.height
     mass = phalanx.density * phalanx.area * length
     angle = math.asin(height / length)

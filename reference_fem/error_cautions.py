@@ -51,7 +51,8 @@ def imprecise(
     if any(0.5 * poor[name] <= by_mesh.get(name, 0.0) < math.inf for name in poor):
         line += (
             f"; an edge where it touches is {edge_over_patch:.2g} of the patch's radius: ask for a "
-            "smaller accuracy or, without one, refine the mesh, there first (solver.fem.tip_size)"
+            "smaller accuracy or, without one, refine the mesh, there first (solver.fem.tip_size, "
+            "or the file of a mesh)"
         )
     return (line,)
 

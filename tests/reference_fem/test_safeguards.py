@@ -323,6 +323,10 @@ def test_springs_and_hourglasses_after_the_first_tap_are_no_doubt_of_it(during: 
     assert bool(cautions.soft_springs(run)) is during
     assert bool(cautions.hourglassed(run)) is during
     assert cautions.held_by_springs(run.history, run.over_s) == (0.5 if during else 0.0)
+    slightly = judged(contact_energy_J=[0.12, 0.0], strain_energy_J=[0.88, 1.0])
+    assert "springs hold 12 % of the elastic energy" in cautions.soft_springs(slightly)
+    hardly = judged(contact_energy_J=[0.08, 0.0], strain_energy_J=[0.92, 1.0])
+    assert cautions.soft_springs(hardly) == ""
     # a law of one's own has no penalty to raise
     run.settings = SimpleNamespace(contact=object())
     assert cautions.soft_springs(run) == ""

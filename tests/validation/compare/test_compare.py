@@ -37,6 +37,21 @@ def test_stated_errors_stand_beside_the_difference(make_record: Make) -> None:
     assert column(table, "error_percent")["contact_time_s"] == float("inf")
     assert pd.isna(column(table, "error_percent")["contact_duration_s"])
     assert "error_percent" not in difference_table(make_record(errors=errors), make_record())
+    both = [make_record(errors={"contact_duration_s": 4e-6}) for _ in range(2)]
+    percent = column(difference_table(*both), "error_percent")
+    # 2 % of 0.2 ms each, though the duration is shown in us
+    assert percent["contact_duration_s"] == pytest.approx(4.0)
+
+
+def test_equal_numbers_are_told_of_taps_alone(make_record: Make) -> None:
+    """Runs that do not touch have none that a change could move."""
+    for touches in (True, False):
+        both = [make_record() for _ in range(2)]
+        for record in both:
+            if not touches:
+                record.summary["contact_time_s"] = None
+        said = list(difference_lines(*both, difference_table(*both)))
+        assert any("no number differs" in line for line in said) is touches
 
 
 def test_what_a_run_lacks_is_empty(make_record: Make) -> None:

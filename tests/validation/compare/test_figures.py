@@ -37,6 +37,24 @@ def test_the_residual_is_the_difference_over_the_references_peak(
     # two half sines over 0.2 ms: (60 - 80)/80 sin(pi t/T); linear between 2,000 samples
     np.testing.assert_allclose(residual, -25.0 * np.sin(np.pi * time / 0.2), atol=1e-4)
     assert len(empty.lines) == 1  # zero
+    # forces over ms from the touch, N, to a little beyond the tap
+    forces = plt.gcf().axes[0]
+    assert forces.get_xlim() == pytest.approx((-0.008, 0.224))
+    normal, tangential = forces.lines[:2]
+    top = int(np.argmax(normal.get_ydata()))
+    assert normal.get_xdata()[top] == pytest.approx(0.1, abs=2e-4)
+    assert normal.get_ydata()[top] == pytest.approx(60.0, rel=1e-5)
+    assert np.min(tangential.get_ydata()) == pytest.approx(-30.0, rel=1e-5)
+
+
+@pytest.mark.usefixtures("figures_kept")
+def test_a_band_spans_the_forces_of_its_meshes(make_record: Make, tmp_path: Path) -> None:
+    band = [make_record("soft", "fem3d", name, peak) for name, peak in (("a", 60.0), ("b", 70.0))]
+    overlay_figure(tmp_path / "f.png", [make_record()], band, ("soft",), {})
+    shade = plt.gcf().axes[0].collections[0]
+    x, y = shade.get_paths()[0].vertices.T
+    middle = np.abs(x - 0.1) < 1e-3  # ms
+    assert (y[middle].min(), y[middle].max()) == pytest.approx((60.0, 70.0), rel=1e-3)
 
 
 @pytest.mark.usefixtures("figures_kept")

@@ -167,3 +167,12 @@ def test_a_fits_uncertainty_is_its_trend_its_scatter_and_what_the_finest_is_off(
     assert found.limit == pytest.approx(limit, rel=1e-9)
     whole = 3.0 * slope * power[-1] + scatter + abs(left[-1])
     assert found.error == pytest.approx(whole, rel=1e-9)
+
+
+def test_a_verdict_is_in_percent() -> None:
+    """100 + h^2: GCI 1.25 of 101. No trend: all of their range, 10 of 100."""
+    found = convergence((4.0, 2.0, 1.0), (116.0, 104.0, 101.0), 2.0)
+    assert found.verdict == "order 2.00, GCI 1.2 %"
+    assert convergence((4.0, 2.0, 1.0), (95.0, 105.0, 100.0), 2.0).verdict == (
+        "not asymptotic, spread 10 %"
+    )

@@ -18,7 +18,7 @@ from tests.validation.commands import Run, asking
 from validation.compare.grid_convergence import Convergence, convergence
 from validation.converge import command
 from validation.converge.command import draw, run_converge
-from validation.converge.refinement_runs import CAUTIONS, KEPT, LevelRuns
+from validation.converge.refinement_runs import CAUTIONS, KEPT, PEAKS, LevelRuns
 from validation.converge.refinements import (
     PENALTY,
     SHAFT_MESH,
@@ -28,7 +28,7 @@ from validation.converge.refinements import (
     check_given,
     refinements,
 )
-from validation.converge.verdicts import RefinedRuns, preset_rows, verdict_rows
+from validation.converge.verdicts import RefinedRuns, cautions, preset_rows, verdict_rows
 from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.store import VALUES
@@ -266,16 +266,49 @@ def test_changes_are_drawn_from_the_finest_level_in_percent(tmp_path: Path) -> N
         assert line.get_ydata() == pytest.approx([750.0, 150.0, 0.0])
 
 
-def test_sizes_are_millimetres_and_the_inverse_of_a_penalty() -> None:
-    """An error goes as 1/factor; half the edge has the root of the growth: log(g)/h is constant."""
-    for refinement in refinements(1.0, 5e-4, quick=False):
+def test_errors_are_expected_to_fall_as_theory_has_it() -> None:
+    """Linear elements and central differences: order 2. A penalty's, with 1/factor: 1."""
+    found = refinements(1.0, 5e-4, quick=False)
+    assert {of.name: of.order for of in found if of.name != PENALTY} == dict.fromkeys(
+        (TIP_MESH, TIP_PRESSED, SHAFT_MESH, "step"), 2.0
+    )
+    (penalty,) = [of for of in found if of.name == PENALTY]
+    assert penalty.order == 1.0
+
+
+def test_the_finest_levels_doubt_is_quoted() -> None:
+    tip = refinements(1.0, 5e-4, quick=False)[0]
+    peaks = {entry.key: 1.0 for entry in OF_A_TAP} | dict.fromkeys(PEAKS, 1.0)
+    levels = {size: {**peaks, CAUTIONS: said} for size, said in ((4.0, "a"), (2.0, "b"), (1.0, ""))}
+    assert cautions([RefinedRuns(tip, levels)], None) == []
+    levels[1.0] = {**peaks, CAUTIONS: "c"}
+    assert cautions([RefinedRuns(tip, levels)], None) == [f"{TIP_MESH}, finest: c"]
+
+
+@pytest.mark.parametrize("scale", [1.0, 0.4])
+def test_sizes_are_millimetres_and_the_inverse_of_a_penalty(scale: float) -> None:
+    """An error goes as 1/factor; half the edge has the root of the growth: log(g)/h is constant.
+
+    A finger of another diameter has its shaft's edges in proportion.
+    """
+    for whole, refinement in zip(
+        refinements(1.0, 5e-4, quick=False),
+        refinements(scale, scale * 5e-4, quick=False),
+        strict=True,
+    ):
+        for of_whole, of_scaled in zip(
+            whole.levels.values(), refinement.levels.values(), strict=True
+        ):
+            for key in ("section_size", "axial_size", "tip_size", "patch_size"):
+                size = of_whole[f"solver.fem.{key}"]
+                assert of_scaled[f"solver.fem.{key}"] == pytest.approx(scale * float(size))
         for size, keys in refinement.levels.items():
             if refinement.name == PENALTY:
                 assert size == pytest.approx(1.0 / keys["solver.fem.surface_factor"])
             if refinement.name in (TIP_MESH, TIP_PRESSED):
                 edge, growth = (keys[f"solver.fem.{key}"] for key in ("tip_size", "growth"))
                 assert size == pytest.approx(1e3 * edge)
-                assert math.log(growth) / edge == pytest.approx(math.log(1.15) / 1e-4)
+                assert math.log(growth) / edge == pytest.approx(math.log(1.15) / 1e-4 / scale)
             if refinement.name == SHAFT_MESH:
                 assert size == pytest.approx(1e3 * keys["solver.fem.section_size"])
 
@@ -303,6 +336,9 @@ def test_what_is_printed_is_in_the_unit_of_its_number(
     lines = [" ".join(line.split()) for line in capsys.readouterr().out.splitlines()]
     peaks = [line.partition("peak Fn ")[2] for line in lines if "peak Fn" in line]
     assert peaks[0].startswith("finest 101.0 +- 1.3 N limit 100.0 ")
+    # the same numbers in N s and s: value and error are in the unit that is shown
+    assert any("normal impulse finest 101000 +- 1300 mN s" in line for line in lines)
+    assert any("contact duration finest 1.010e+08 +- 1.3e+06 us" in line for line in lines)
     percent = 2.0 + 2 * 100 * 1.25 / 101
     assert 4.0 < 1.02 * percent < 5.0  # N
     assert peaks[-1] == f"102 +- 5 N +2.00 % from the tip's limit, known to {percent:.1f} % in all"

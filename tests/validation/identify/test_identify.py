@@ -18,6 +18,8 @@ from validation.identify import contact_command, reduced_tap
 from validation.models import solid_mesh
 from validation.scenes.load import changed_scene, load_scene
 
+CONTACT_RADIUS = 7e-4  # m
+
 
 @pytest.fixture
 def springs(monkeypatch: Patch) -> None:
@@ -27,7 +29,7 @@ def springs(monkeypatch: Patch) -> None:
     def indent(tip: float, area: Any, force: float) -> Any:
         stiffness = tip * force ** (1 / 3)
         return SimpleNamespace(
-            stiffness_N_per_m=stiffness, eta_squared=1.5, contact_radius_m=7e-4,
+            stiffness_N_per_m=stiffness, eta_squared=1.5, contact_radius_m=CONTACT_RADIUS,
             indentation_m=1.25 * force / stiffness,
         )  # fmt: skip
 
@@ -81,6 +83,27 @@ def test_stiffness_is_that_of_the_touch_whose_force_it_has() -> None:
     found = identify.identify_contact(load_scene("soft", unlike))
     # rigid phalanges, without what the beams bend on their way
     assert found.touch_angle_deg == pytest.approx(found.round_touch_angle_deg, abs=0.5)
+    # k = 5 F/(4 d) of Hertz's F = 4/3 E* sqrt(R) d^(3/2), of the last phalanx
+    nu = load_scene("soft").tables.material.poisson_ratio
+    slope = 4 / 3 * 4e8 / (1 - nu**2) * 0.004**0.5
+    assert found.hertz_N_per_m == pytest.approx(
+        1.25 * found.force_N ** (1 / 3) * slope ** (2 / 3), rel=1e-9
+    )
+
+
+@pytest.mark.usefixtures("springs")
+def test_each_row_of_the_table_is_of_its_own_quantity() -> None:
+    """The stand-in's k changes from mesh to mesh, its eta^2 does not."""
+    found = identify.identify_contact(load_scene("soft", ("finger.elements=5",)))
+    k, eta, indentation, *yields = contact_command.rows(found)
+    assert k["uncertainty"] > 0.0 == eta["uncertainty"]
+    assert contact_command.to_json(found)["eta_squared_uncertainty"] == 0.0
+    assert indentation["static_indentation"] == pytest.approx(
+        1.25 * found.force_N / found.normal_stiffness_N_per_m
+    )
+    assert found.levels[-1].contact_radius_m == CONTACT_RADIUS
+    assert k["quantity"].endswith("touching at 38.2 degrees")
+    assert "touching at 32.5 degrees" in yields[0]["quantity"]
 
 
 @pytest.mark.usefixtures("springs")

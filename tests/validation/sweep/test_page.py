@@ -68,6 +68,7 @@ def test_reduced_models_are_compared_with_references(tmp_path: Path) -> None:
     assert row["largest (%)"] == pytest.approx(3.0)
     assert row["bias (%)"] == pytest.approx(-2.0 / 3.0)
     assert row["within 2 % (%)"] == pytest.approx(200.0 / 3.0)
+    assert row["within 5 % (%)"] == 100.0
     # by 1, 1.5 and 0 N, where both state 1 N: sqrt(2) together
     assert row["beyond both stated errors (%)"] == pytest.approx(100.0 / 3.0)
 
@@ -177,6 +178,14 @@ def test_the_worst_scene_comes_first_with_its_command(tmp_path: Path) -> None:
     assert "--accuracy" not in command(held, points, 1, 0)
     assert "finger.elements=2" in words
     assert f"surface.friction={points.columns['surface.friction'][1]!r}" in words
+
+
+def test_the_worst_ten_of_more_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan, points, data = swept(tmp_path)
+    monkeypatch.setattr(page, "WORST", 2)
+    rows = list(worst(plan, points, data, Pair(0, 2, "")))
+    assert [row["scene"] for row in rows] == [1, 0]
+    assert rows[0]["largest of force, impulse, duration (%)"] == pytest.approx(3.0)
 
 
 def test_the_page_says_why_most_runs_were_refused(tmp_path: Path) -> None:

@@ -57,6 +57,18 @@ def test_noise_has_no_indices() -> None:
     assert np.isnan(found.first).all()
 
 
+def test_a_fits_quality_has_no_unit() -> None:
+    """Noise in small units is noise still, and a function in large ones as well fitted."""
+    x, noise = cube(128, 2), np.random.default_rng(0).standard_normal(128)
+    y = x[:, 0] + 0.1 * noise
+    for values in (noise, y):
+        plain, *scaled = (sobol(x, factor * values) for factor in (1.0, 1e-6, 1e6))
+        assert plain is not None
+        for found in scaled:
+            assert found is not None
+            assert found.q2 == pytest.approx(plain.q2, abs=1e-6)
+
+
 def test_too_few_points_have_none() -> None:
     x = cube(16, 2)
     assert sobol(x, x[:, 0]) is None

@@ -10,8 +10,17 @@ import pytest
 import tomli_w
 
 from tests.validation.commands import Make, Patch, Run
-from validation.compare.differences import Verdict, differences_of, judge, thousands_apart
+from validation.compare.differences import (
+    Difference,
+    Verdict,
+    differences_of,
+    error_percent,
+    judge,
+    thousands_apart,
+    turned,
+)
 from validation.curve_files.read import Reference
+from validation.harness.quantities import quantity
 from validation.harness.record import RunRecord
 from validation.models.hcm import hcm_scene
 from validation.models.solid_mesh import sizes_of
@@ -49,6 +58,28 @@ def test_verdict_is_e_against_u(
     frictionless = judge(0.0, 0.0, 0.0, 0.0, 5.0)
     assert frictionless is not None
     assert (frictionless.difference, frictionless.check) == (0.0, "inside")
+    assert frictionless.judgement == "within uncertainty"
+
+
+def test_each_error_stands_beside_its_number() -> None:
+    entry = quantity("peak_normal_force_N")
+    found = Difference("soft", "hcm", entry, 102.0, 100.0, 0.5, 2.0).numbers
+    assert (found["reduced_error"], found["reference_error"]) == (0.5, 2.0)
+    assert found["uncertainty_percent"] == pytest.approx(math.hypot(0.5, 2.0))
+
+
+def test_a_unit_or_a_sign_is_suspected_of_numbers_alike_but_for_it_alone() -> None:
+    """To a factor of two: 2.28 decades are neither three nor none, 31 is three times 10."""
+    assert thousands_apart(0.15, 95.0) == -1
+    assert thousands_apart(0.5, 95.0) == thousands_apart(50.0, 95.0) == 0
+    assert turned(15.0, -10.0)
+    assert not turned(31.0, -10.0)
+    assert not turned(15.0, 10.0)
+
+
+def test_a_difference_of_small_numbers_is_in_percent_too() -> None:
+    assert error_percent(10.0, 0.05) == pytest.approx(19900.0)
+    assert error_percent(10.0, 1e-9) is None
 
 
 def test_a_smaller_magnitude_is_a_negative_difference_whatever_the_sign() -> None:

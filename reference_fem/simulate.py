@@ -100,18 +100,20 @@ def simulate(
         return run
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
 
+    def estimating(share: float, what: str) -> None:
+        if progress is not None:  # a companion of few elements is finer, and may take longer
+            progress(share, f"estimate of errors, {what}")
+
     def again(other: meshes.FingerMesh, state: ChainState) -> TapResult | None:
         if compared is not None:
             return compared
         tap = replace(scene, mesh=other, settings=once, start=state, flight_mesh=None)
         try:
-            return _solve(tap)[0]
+            return _solve(tap, estimating)[0]
         except (CutsSurfaceError, TooLongError):  # nodes may lie lower, edges ask for more
             return None
 
     try:
-        if progress is not None:
-            progress(0.99, "estimate of errors")
         return estimated(run, solved, companion, again)
     except KeyboardInterrupt:
         message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"

@@ -355,6 +355,7 @@ def test_elements_are_crushed_as_they_are_at_the_peak() -> None:
         for order in (shots, shots[::-1]):
             run: Any = SimpleNamespace(model=model, snapshots=order)
             assert bool(cautions.crushed(run)) is said
+            assert ("crushed to 50 % of its volume" in cautions.crushed(run)) is said
 
 
 @pytest.mark.parametrize(("transit", "steps"), [(5.2, 5), (1.4, 1), (0.2, 1)])

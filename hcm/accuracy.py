@@ -17,19 +17,13 @@ from types import MappingProxyType
 from hcm.bounds import ParameterError
 from hcm.chosen import SMALLEST, STATED, Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
-from hcm.estimate import (
-    CAUTION_ERROR,
-    USABLE_STATUSES,
-    caution,
-    companion_errors,
-    later_taps,
-    relative_errors,
-    tap_peaks,
-)
+from hcm.error_cautions import caution, later_taps, relative_errors, tap_peaks
+from hcm.estimate import USABLE_STATUSES, companion_errors
 from hcm.fall import Fall, bending_wave_stress, magnified, omitted_time
 from hcm.model import Scene
 from hcm.other_ends import open_ends, with_other_ends
 from hcm.parameters import GAUSS, Finger
+from hcm.resolution import CAUTION_ERROR
 from hcm.result import Accuracy, Choice, Errors, TapResult
 from hcm.simulate import solve_once
 from hcm.status import Status

@@ -26,7 +26,7 @@ from hcm.accuracy import simulate_within
 from hcm.bounds import Bound, check_kind
 from hcm.chosen import check_accuracy
 from hcm.dataset import unit_of
-from hcm.estimate import TITLES
+from hcm.error_cautions import TITLES
 from hcm.model import Scene
 from hcm.parameters import ParameterError
 from hcm.result import Errors, Summary

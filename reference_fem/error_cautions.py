@@ -1,4 +1,4 @@
-"""Reasons not to trust a run's numbers, from its stated errors and its friction."""
+"""Reasons not to trust a run's numbers, from its stated errors, its flight and its friction."""
 
 import math
 from collections.abc import Mapping
@@ -7,6 +7,8 @@ import numpy as np
 
 from reference_fem.accuracy import EDGE, FLUTTER_FRICTION, RELAXATION_SHARE
 from reference_fem.arrays import Array
+from reference_fem.flight_error import CHANGE, MAGNIFIED, Flight, FlightErrors, magnified
+from reference_fem.mesh_error import IMPULSE
 from reference_fem.result import ForceRecord, Summary
 from reference_fem.settings import Material
 
@@ -16,6 +18,22 @@ SLIP_SHARE = 0.9
 CAUTION_ERROR = 0.02
 # Share by which a phalanx's inertia may be off its shape's; corrected masses leave round-off.
 INERTIA_OFF = 1e-3
+# Relative error of the impulse by motion that a flight omits, above which a run is cautioned.
+LARGEST_LEFT_OUT = 0.01
+ELSEWHERE = (
+    "the round end's own flight leads to a different first touch: it grazes the surface, or "
+    "magnifies small differences, so no mesh can tell which comes first: start nearer ([start])"
+)
+MAGNIFIES = (
+    "the flight magnifies its start: angles changed by {:g} rad change the speed of approach by "
+    "{}, which the errors leave out: start nearer ([start])"
+)
+RINGS = "bending, stretching and vibration in flight change the tap by {}: {}"
+REMEDY = {
+    "rigid": "let the elements fly (solver.fem.flight = 'coarse', or 'explicit'), or start nearer",
+    "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
+    "explicit": "refine the shafts (solver.fem.section_size and axial_size), or start nearer",
+}
 TITLES = {
     "contact_time_s": "time of contact",
     "tip_velocity_at_contact_m_per_s": "tip velocity at contact",
@@ -113,6 +131,30 @@ def unlike_shape(inertia: Array, true: Array) -> tuple[str, ...]:
         f"the mesh of phalanx {worst + 1} is so coarse that its moment of inertia is"
         f" {percent(off[worst])} off: reduce solver.fem.axial_size and section_size",
     )
+
+
+def flight_doubts(
+    errors: FlightErrors, flight: Flight, how: str, approach_speed: float, unlike: tuple[str, ...]
+) -> tuple[str, ...]:
+    """A caution where the true body comes to another touch, unless its masses may explain that, or
+    a flight magnifies its start or omits too much of a tap.
+
+    how : `Settings.flight`. unlike : of `unlike_shape`.
+    """
+    if errors.of_speed == math.inf:  # nothing is known of another touch
+        return unlike or (ELSEWHERE,)
+    doubts = unlike
+    if (by := magnified(flight)) >= MAGNIFIED:
+        what = percent(by) if by < math.inf else "an unknown share"
+        doubts += (MAGNIFIES.format(CHANGE, what),)
+    left = errors.omitted.share(IMPULSE, approach_speed)
+    if left <= LARGEST_LEFT_OUT:
+        return doubts
+    share = percent(left) if left < math.inf else "an unknown share"
+    # on a coarse mesh, and on any after many periods, the phase of the ringing is arbitrary
+    rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
+    remedy = REMEDY["coarse" if rings and how == "rigid" else how]
+    return *doubts, RINGS.format(share, remedy)
 
 
 def percent(share: float) -> str:

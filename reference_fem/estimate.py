@@ -17,20 +17,24 @@ import meshes
 from meshes.quality import volumes
 from reference_fem.arrays import Array
 from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
-from reference_fem.error_cautions import flutter, imprecise, later_taps, percent, unlike_shape
+from reference_fem.error_cautions import (
+    flight_doubts,
+    flutter,
+    imprecise,
+    later_taps,
+    unlike_shape,
+)
 from reference_fem.flight_error import (
-    CHANGE,
-    MAGNIFIED,
+    NOTHING_OMITTED,
+    WITHOUT_SHAPE,
     Flight,
-    OmittedMotion,
+    FlightErrors,
     arrival_errors,
-    magnified,
     omitted_motion,
     speed_exponent,
 )
 from reference_fem.hertz import hertz_patch
 from reference_fem.mesh_error import (
-    IMPULSE,
     PEAK,
     STRESS,
     TANGENTIAL,
@@ -54,23 +58,7 @@ Again = Callable[[meshes.FingerMesh, ChainState], TapResult | None]
 
 VELOCITY = "tip_velocity_at_contact_m_per_s"
 
-ELSEWHERE = (
-    "the round end's own flight leads to a different first touch: it grazes the surface, or "
-    "magnifies small differences, so no mesh can tell which comes first: start nearer ([start])"
-)
-MAGNIFIES = (
-    "the flight magnifies its start: angles changed by {:g} rad change the speed of approach by "
-    "{}, which the errors leave out: start nearer ([start])"
-)
-RINGS = "bending, stretching and vibration in flight change the tap by {}: {}"
-REMEDY = {
-    "rigid": "let the elements fly (solver.fem.flight = 'coarse', or 'explicit'), or start nearer",
-    "coarse": "let the run's own elements fly (solver.fem.flight = 'explicit'), or start nearer",
-    "explicit": "refine the shafts (solver.fem.section_size and axial_size), or start nearer",
-}
 ALONE = "errors are estimated from this mesh's edges alone, for lack of a coarser one"
-# Relative error of the impulse by motion that a flight omits, above which a run is cautioned.
-LARGEST_LEFT_OUT = 0.01
 # Clearance at the companion's start, over the tip's radius: more than the height of any mesh's
 # lowest nodes above the true round end.
 CLEARANCE = 0.05
@@ -106,24 +94,6 @@ def section(mesh: meshes.FingerMesh, volume: Array) -> float:
         own = mesh.cell_sets[f"phalanx_{w + 1}"]
         shares.append(float(np.average(lengths[own], weights=volume[own])) / (2.0 * radius))
     return max(shares)
-
-
-class FlightErrors(NamedTuple):
-    """Errors at the touch.
-
-    late_s, apart : of its time, s, and of the pole's velocity, (2,) m/s, by the mesh's shape and
-    masses. of_speed : the latter over the speed of approach. omitted : by what the flight omits.
-    """
-
-    late_s: float
-    apart: Array
-    of_speed: float
-    omitted: OmittedMotion
-
-
-NOTHING_OMITTED = OmittedMotion(0.0, np.zeros(2))
-WITHOUT_SHAPE = FlightErrors(math.inf, np.full(2, math.inf), 0.0, NOTHING_OMITTED)
-"""For a mesh whose true body is not known: its flight adds no error to the tap's numbers."""
 
 
 class TapPart(NamedTuple):
@@ -178,7 +148,7 @@ def estimated(
     doubts = (
         *imprecise(run.summary, errors, of_tap.of_mesh, resolution.edge_over_patch),
         *of_tap.open_ends,
-        *_flight_doubts(of_flight, flight, scene.settings.flight, approach_speed, unlike),
+        *flight_doubts(of_flight, flight, scene.settings.flight, approach_speed, unlike),
         *flutter(
             run.forces, scene.surface.friction, scene.materials[-1], resolution.edge,
             resolution.patch,
@@ -261,30 +231,6 @@ def _tap_part(
         for name, error in of_tap.items()
     }
     return TapPart(errors, of_mesh, open_ends)
-
-
-def _flight_doubts(
-    errors: FlightErrors, flight: Flight, how: str, approach_speed: float, unlike: tuple[str, ...]
-) -> tuple[str, ...]:
-    """A caution where the true body comes to another touch, unless its masses may explain that, or
-    a flight magnifies its start or omits too much of a tap.
-
-    how : `Settings.flight`. unlike : of `unlike_shape`.
-    """
-    if errors.of_speed == math.inf:  # nothing is known of another touch
-        return unlike or (ELSEWHERE,)
-    doubts = unlike
-    if (by := magnified(flight)) >= MAGNIFIED:
-        what = percent(by) if by < math.inf else "an unknown share"
-        doubts += (MAGNIFIES.format(CHANGE, what),)
-    left = errors.omitted.share(IMPULSE, approach_speed)
-    if left <= LARGEST_LEFT_OUT:
-        return doubts
-    share = percent(left) if left < math.inf else "an unknown share"
-    # on a coarse mesh, and on any after many periods, the phase of the ringing is arbitrary
-    rings = errors.omitted.ringing_speed > LARGEST_LEFT_OUT * approach_speed
-    remedy = REMEDY["coarse" if rings and how == "rigid" else how]
-    return *doubts, RINGS.format(share, remedy)
 
 
 def _true_body(solved: SolvedScene, geometry: meshes.FingerGeometry) -> tuple[RigidChain, Gap]:

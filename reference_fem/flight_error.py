@@ -75,6 +75,24 @@ class OmittedMotion(NamedTuple):
         return (max(of_speed, self.ringing_speed) + of_settling) / approach_speed
 
 
+class FlightErrors(NamedTuple):
+    """Errors at the touch.
+
+    late_s, apart : of its time, s, and of the pole's velocity, (2,) m/s, by the mesh's shape and
+    masses. of_speed : the latter over the speed of approach. omitted : by what the flight omits.
+    """
+
+    late_s: float
+    apart: Array
+    of_speed: float
+    omitted: OmittedMotion
+
+
+NOTHING_OMITTED = OmittedMotion(0.0, np.zeros(2))
+WITHOUT_SHAPE = FlightErrors(math.inf, np.full(2, math.inf), 0.0, NOTHING_OMITTED)
+"""For a mesh whose true body is not known: its flight adds no error to the tap's numbers."""
+
+
 @dataclass(frozen=True)
 class Flight:
     """A rigid flight.

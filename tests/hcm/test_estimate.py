@@ -10,16 +10,13 @@ import pytest
 import hcm
 from hcm.companion import first_tap, folded, grazes, lost_energy, rescaled_settings
 from hcm.contact.law import STICK
+from hcm.error_cautions import TITLES, caution, later_taps, tap_peaks
 from hcm.estimate import (
-    TITLES,
     between_rows,
-    caution,
     companion_errors,
     estimate_errors,
-    later_taps,
     rival_peaks,
     signed_error,
-    tap_peaks,
     turn_band,
 )
 from hcm.flight_band import flight_band, positions, touch_band

@@ -6,7 +6,8 @@ import pytest
 
 import hcm
 from hcm.companion import folded, grazes, rescaled_settings
-from hcm.estimate import companion_errors, relative_errors
+from hcm.error_cautions import relative_errors
+from hcm.estimate import companion_errors
 from hcm.workload import check_size, most_steps
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 

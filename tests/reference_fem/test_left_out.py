@@ -16,12 +16,13 @@ from reference_fem.elastic_response import (
     elastic_response,
     loads,
 )
-from reference_fem.estimate import FlightErrors, _flight_doubts
+from reference_fem.error_cautions import flight_doubts
 from reference_fem.flight_error import (
     CHANGE,
     MAGNIFIED,
     SETTLING_EFFECT,
     Flight,
+    FlightErrors,
     OmittedMotion,
     magnified,
     omitted_motion,
@@ -260,9 +261,9 @@ def test_how_a_flight_magnifies_its_start() -> None:
     whirl = flown(SOFT, WHIRL)[1]
     assert magnified(whirl) > MAGNIFIED
     still = FlightErrors(0.0, np.zeros(2), 0.0, OmittedMotion(0.0, np.zeros(2)))
-    (caution,) = _flight_doubts(still, whirl, "rigid", 1.0, ())
+    (caution,) = flight_doubts(still, whirl, "rigid", 1.0, ())
     assert caution.startswith("the flight magnifies its start: angles changed by 1e-05 rad change")
-    assert _flight_doubts(still, plain, "rigid", 1.0, ()) == ()
+    assert flight_doubts(still, plain, "rigid", 1.0, ()) == ()
 
 
 @pytest.mark.parametrize(("material", "drive"), [(RUBBER, rf.Drive()), (SOFT, DRIVEN)])

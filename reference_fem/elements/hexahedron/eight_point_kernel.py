@@ -194,10 +194,10 @@ def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[fl
 
 
 @kernel
-def damped_force(law: Law, s: Array, r: Array, lag: float) -> None:
+def damped_force(law: Law, s: Array, r: Array, lag: float, stored: Stored) -> None:
     """Rows 0..23 of s: damped forces replace positions; rows VELOCITIES.. hold velocities.
 
-    Rows RESULT and POWER of s: the elements' energies, J, and what they dissipate, W.
+    Row POWER of s: what the elements dissipate, W. Where energies are `stored`, row RESULT, J.
     """
     aligned_frame()
     store_all_bases(s, BASES, 0)
@@ -211,8 +211,9 @@ def damped_force(law: Law, s: Array, r: Array, lag: float) -> None:
     add_rates(law, s, r, 6, 3, 3, 3, lag)
     add_rates(law, s, r, 7, 3, 2, 2, lag)
     for lane in range(LANES):
-        stores, power = damped_lane(law, s, r, lane, lag)
-        s[RESULT * LANES + lane], s[POWER * LANES + lane] = stores, power
+        stores, s[POWER * LANES + lane] = damped_lane(law, s, r, lane, lag)
+        if stored is not None:
+            s[RESULT * LANES + lane] = stores
 
 
 @kernel
@@ -228,7 +229,7 @@ def add_force(
     if moving is not None and lane_sum(0.0, r, law.relaxation) > 0.0:
         velocity, lag, power = moving
         gather(velocity, blocks.nodes[block], s, VELOCITIES)
-        damped_force(law, s, r, lag)
+        damped_force(law, s, r, lag, stored)
         power[t] = lane_sum(power[t], s, POWER)
     else:
         block_volume(law, s, r)

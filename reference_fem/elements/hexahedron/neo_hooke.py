@@ -27,7 +27,7 @@ from reference_fem.elements.hexahedron.point import (
     gradient_rows,
     product,
     strain_rate,
-    stress_force,
+    stress_rows,
 )
 from reference_fem.elements.loops import implement
 
@@ -46,7 +46,7 @@ class NeoHookeBlocks(Blocks):
 
 @inlined
 def volume(f: Rows, r: Array, o: int) -> float:
-    """W J of one point, m^3."""
+    """Measure w J of one point, m^3."""
     return r[o + 6 * LANES] * dot(f[0], cross(f[1], f[2]))
 
 
@@ -79,20 +79,22 @@ def total(a: float, f: Three, b: float, c: Three) -> Three:
 
 
 @inlined
-def point(g: Rows, r: Array, o: int, mu: float, p: float) -> tuple[Rows, float]:
-    """Rows of w P J^-T; w mu ((tr C - 3)/2 - ln J), J."""
-    f = gradient_rows(g, r, o)
+def elastic_rows(f: Rows, r: Array, o: int, mu: float, p: float) -> tuple[Rows, float]:
+    """Rows of w P Q; w mu ((tr C - 3)/2 - ln J), J."""
     x, y, z = cross(f[1], f[2]), cross(f[2], f[0]), cross(f[0], f[1])
     weight = r[o + 6 * LANES]
     det = dot(f[0], x) if weight > 0.0 else 1.0
     a, b = weight * mu, weight * (p - mu / det)
-    force = (
-        conjugate(total(a, f[0], b, x), r, o),
-        conjugate(total(a, f[1], b, y), r, o),
-        conjugate(total(a, f[2], b, z), r, o),
-    )
     squares = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2])
-    return force, a * (0.5 * (squares - 3.0) - np.log(det))
+    rows = total(a, f[0], b, x), total(a, f[1], b, y), total(a, f[2], b, z)
+    return rows, a * (0.5 * (squares - 3.0) - np.log(det))
+
+
+@inlined
+def point(g: Rows, r: Array, o: int, mu: float, p: float) -> tuple[Rows, float]:
+    """Rows of w P J^-T, and the energy."""
+    rows, stored = elastic_rows(gradient_rows(g, r, o), r, o, mu, p)
+    return conjugate(rows, r, o), stored
 
 
 @inlined
@@ -115,14 +117,10 @@ def damped_point(
     power += 2.0 * tau * weight * mu * product(d, h)
     d = (tau * d[0], tau * d[1], tau * d[2])
     h = (tau * h[0], tau * h[1], tau * h[2])
-    (x, y, z), stored = point(bases, r, o, mu, p)
-    a, b, c = stress_force(f, d, h, r, o, weight * mu, weight * viscous)
-    force = (
-        (x[0] + a[0], x[1] + a[1], x[2] + a[2]),
-        (y[0] + b[0], y[1] + b[1], y[2] + b[2]),
-        (z[0] + c[0], z[1] + c[1], z[2] + c[2]),
-    )
-    return force, energy + stored, power
+    (x, y, z), stored = elastic_rows(f, r, o, mu, p)
+    a, b, c = stress_rows(f, d, h, weight * mu, weight * viscous)
+    rows = total(1.0, x, 1.0, a), total(1.0, y, 1.0, b), total(1.0, z, 1.0, c)
+    return conjugate(rows, r, o), energy + stored, power
 
 
 implement_law(

@@ -36,13 +36,19 @@ def gradient_rows(g: Rows, r: Array, o: int) -> Rows:
 
 
 @inlined
-def conjugate(p: Three, r: Array, o: int) -> Three:
-    """P R^-T of a row of w P Q: the forces conjugate to that row of g_1, g_2, g_3."""
+def conjugate_row(p: Three, r: Array, o: int) -> Three:
+    """One row of `conjugate`."""
     return (
         p[0] * r[o] + p[1] * r[o + LANES] + p[2] * r[o + 2 * LANES],
         p[1] * r[o + 3 * LANES] + p[2] * r[o + 4 * LANES],
         p[2] * r[o + 5 * LANES],
     )
+
+
+@inlined
+def conjugate(p: Rows, r: Array, o: int) -> Rows:
+    """Rows x, y, z of w P J^-T, the forces conjugate to g_1, g_2, g_3, from those of w P Q."""
+    return conjugate_row(p[0], r, o), conjugate_row(p[1], r, o), conjugate_row(p[2], r, o)
 
 
 @inlined
@@ -81,8 +87,8 @@ def product(d: Three, h: Three) -> float:
 
 
 @inlined
-def stress_force(f: Rows, d: Three, h: Three, r: Array, o: int, wmu: float, wp: float) -> Rows:
-    """Rows x, y, z of w F S J^-T, S = p I + 2 mu E: the forces conjugate to g_1, g_2, g_3.
+def stress_rows(f: Rows, d: Three, h: Three, wmu: float, wp: float) -> Rows:
+    """Rows x, y, z of w F S Q, S = p I + 2 mu E, from those of F Q.
 
     d, h : 2E in the order of `strain_rate`. wmu, wp : w mu and w p, J.
     """
@@ -92,9 +98,9 @@ def stress_force(f: Rows, d: Three, h: Three, r: Array, o: int, wmu: float, wp: 
     s3 = (s13, s23, wmu * d[2] + wp)
     fx, fy, fz = f
     return (
-        conjugate((dot(fx, s1), dot(fx, s2), dot(fx, s3)), r, o),
-        conjugate((dot(fy, s1), dot(fy, s2), dot(fy, s3)), r, o),
-        conjugate((dot(fz, s1), dot(fz, s2), dot(fz, s3)), r, o),
+        (dot(fx, s1), dot(fx, s2), dot(fx, s3)),
+        (dot(fy, s1), dot(fy, s2), dot(fy, s3)),
+        (dot(fz, s1), dot(fz, s2), dot(fz, s3)),
     )
 
 

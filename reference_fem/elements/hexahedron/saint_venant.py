@@ -11,14 +11,15 @@ Rows of `reference` beyond those of `eight_point_kernel`: 57 lambda/V (Pa/m^3), 
 from reference_fem.arrays import Array
 from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES, Blocks
-from reference_fem.elements.hexahedron.edges import Rows, Three
+from reference_fem.elements.hexahedron.edges import Rows, Three, dot
 from reference_fem.elements.hexahedron.eight_point_kernel import MU, add_force, least_det
 from reference_fem.elements.hexahedron.law import Five, Law, implement_law
 from reference_fem.elements.hexahedron.point import (
+    conjugate,
     gradient_rows,
     product,
     strain_rate,
-    stress_force,
+    stress_rows,
 )
 from reference_fem.elements.loops import implement
 
@@ -36,12 +37,9 @@ class Hex8Blocks(Blocks):
 
 @inlined
 def volume(f: Rows, r: Array, o: int) -> float:
-    """W tr E of one point, m^3."""
-    fx, fy, fz = f
-    xx = fx[0] * fx[0] + fx[1] * fx[1] + fx[2] * fx[2]
-    yy = fy[0] * fy[0] + fy[1] * fy[1] + fy[2] * fy[2]
-    zz = fz[0] * fz[0] + fz[1] * fz[1] + fz[2] * fz[2]
-    return r[o + 6 * LANES] * (0.5 * (xx + yy + zz) - 1.5)
+    """Measure w tr E of one point, m^3."""
+    squares = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2])
+    return r[o + 6 * LANES] * (0.5 * squares - 1.5)
 
 
 @inlined
@@ -80,7 +78,7 @@ def point(g: Rows, r: Array, o: int, mu: float, p: float) -> tuple[Rows, float]:
     f = gradient_rows(g, r, o)
     d, h = green_strain(f)
     wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * p
-    return stress_force(f, d, h, r, o, wmu, wp), wmu * product(d, h)
+    return conjugate(stress_rows(f, d, h, wmu, wp), r, o), wmu * product(d, h)
 
 
 @inlined
@@ -104,7 +102,7 @@ def damped_point(
     power += 2.0 * tau * wmu * product(e, g)
     d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
     h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
-    return stress_force(f, d, h, r, o, wmu, wp), energy, power
+    return conjugate(stress_rows(f, d, h, wmu, wp), r, o), energy, power
 
 
 implement_law(

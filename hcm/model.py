@@ -67,8 +67,8 @@ class Scene:
         check_fields(self)
         if self.tip.normal_stiffness is None and self.assumptions.needs_stiffness:
             raise ParameterError(
-                "tip.normal_stiffness is missing: must be a finite number in N/m, > 0, or"
-                " assumptions 'refined', which do without"
+                "tip.normal_stiffness is missing: must be a finite number in N/m, > 0, unless"
+                " partial_slip is assumed"
             )
 
 

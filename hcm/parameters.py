@@ -123,8 +123,10 @@ class Tip:
 
     @property
     def k(self) -> float:
-        """Its normal stiffness, N/m; 0 if none is given."""
-        return self.normal_stiffness or 0.0
+        """Its normal stiffness, N/m. Raises ParameterError: there is none."""
+        if self.normal_stiffness is None:
+            raise ParameterError("tip.normal_stiffness is missing: a spring needs it")
+        return self.normal_stiffness
 
 
 @dataclass(frozen=True)

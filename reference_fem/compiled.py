@@ -15,6 +15,7 @@ from typing import Any
 
 import numba
 from numba.core.registry import CPUDispatcher
+from numba.extending import overload
 
 from reference_fem.linked import LinkedCompiler
 
@@ -111,6 +112,19 @@ def inner(**options: object) -> Callable[[Callable[..., Any]], Any]:
         return dispatcher
 
     return decorate
+
+
+def use_for(asked: Any, kind: type, code: Callable[..., Any], **options: object) -> None:
+    """Have kernels call `code` for `asked` where its first argument is of the named tuple `kind`.
+
+    It is found by its type as the caller is compiled: nothing is looked up at run time, and the
+    callers stay in numba's cache, which closures over kernels would not.
+    """
+
+    def choose(first: Any, *rest: Any) -> Any:
+        return code if getattr(first, "instance_class", None) is kind else None
+
+    overload(asked, strict=False, jit_options={**LINKED, **options})(choose)
 
 
 kernel = inner(fastmath=SAFE_MATH)

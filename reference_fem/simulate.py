@@ -50,7 +50,8 @@ def simulate(
     mesh : 3D (the half Z >= 0 with a node set `symmetry`, or the full body) or 2D (plane stress)
     materials : one per phalanx
     surface, drive, settings : see `settings`
-    progress : called with the share done and what is going on
+    progress : called with the share done, of the run and then of its companion, and what is going
+        on
     start : rigid state to start the flight from: absolute angles, rates and time; None: at rest
         along -X at t = 0. An impact state starts right above the surface.
     restart : file from which the explicit run can be resumed after a kill, and whether to resume;
@@ -101,7 +102,8 @@ def simulate(
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
 
     def estimating(share: float, what: str) -> None:
-        if progress is not None:  # a companion of few elements is finer, and may take longer
+        # that of a run with few elements is finer, and may take longer than the run
+        if progress is not None:
             progress(share, f"estimate of errors, {what}")
 
     def again(other: meshes.FingerMesh, state: ChainState) -> TapResult | None:

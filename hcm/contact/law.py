@@ -72,9 +72,9 @@ class ContactLaw(NamedTuple):
 
 
 def contact_law(surface: Surface, tip: Tip) -> ContactLaw:
-    """Gather the contact's constants from the surface and the tip."""
+    """Gather the contact's constants from the surface and the tip; k = 0 for one without spring."""
     return ContactLaw(
-        float(tip.k),
+        float(tip.normal_stiffness or 0.0),
         float(tip.restitution),
         float(tip.tangential_ratio),
         float(surface.friction),

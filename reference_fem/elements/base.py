@@ -39,6 +39,8 @@ class ElementKind(NamedTuple):
     """What the elements of a kind do not share with others.
 
     blocks, scratch_rows : the class of `Blocks`, and the rows of its kernels' workspace
+    constants : what its kernels store of Lame's second one (Pa) and the volumes (m^3), (n_cells,),
+        beside mu
     pressures : what fills in the pressure (blocks, displacement, cells, out (n,) in Pa) where it is
         not the lambda tr E of F
     stress : its Cauchy stress, with the parameters of `cauchy_stress`
@@ -48,6 +50,7 @@ class ElementKind(NamedTuple):
 
     blocks: type[Blocks]
     scratch_rows: int
+    constants: Callable[[Array, Array], tuple[Array, ...]] = lambda lame, volume: (lame,)
     pressures: Callable[[Blocks, Array, Index, Array], None] | None = None
     stress: Callable[..., Array] = cauchy_stress
     softens: float = SOFTENS

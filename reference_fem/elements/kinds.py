@@ -12,12 +12,18 @@ from reference_fem.elements.hexahedron import one_point_kernel as one_point
 from reference_fem.elements.quadrilateral import kernel as quad4
 from reference_fem.elements.stress import neo_hooke_stress
 
-EIGHT_POINT = ElementKind(saint_venant.Hex8Blocks, eight_point.SCRATCH_ROWS, eight_point.pressures)
+EIGHT_POINT = ElementKind(
+    saint_venant.Hex8Blocks,
+    eight_point.SCRATCH_ROWS,
+    saint_venant.constants,
+    eight_point.pressures,
+)
 ONE_POINT = ElementKind(one_point.OnePointBlocks, one_point.SCRATCH_ROWS)
 # A thin element's highest frequency goes with the inverse of its thickness: twice at half of it.
 NEO_HOOKE = ElementKind(
     neo_hooke.NeoHookeBlocks,
     eight_point.SCRATCH_ROWS,
+    neo_hooke.constants,
     eight_point.pressures,
     neo_hooke_stress,
     softens=0.0,
@@ -84,11 +90,7 @@ def _at_all_points(
         lambda g: (g.rows_of_points(), g.volume, g.corner_volumes, g.centre_gradients),
     )
     tau = np.zeros(len(cells)) if relaxation is None else relaxation
-    rows = [of_points, mu, lame]
-    if kind is EIGHT_POINT:
-        rows[-1] = lame / volume
-    elif kind is NEO_HOOKE:
-        rows[-1:] = 0.5 * lame, 1.0 / volume
+    rows = [of_points, mu, *kind.constants(lame, volume)]
     if tau.any():  # they are not stored if all are zero
         rows.append(tau)
     masses = density[:, None] * corner_volumes

@@ -1,19 +1,16 @@
 """Loops over the blocks of a mesh, on several threads: one source for every element.
 
 Numba compiles each loop once for each class of `Blocks`. What is done with one block of that class
-is found by its type when the loop is compiled (`implement`), so nothing is looked up at run time,
-and the loops stay in numba's cache, which closures over kernels would not.
+is found by its type when the loop is compiled (`implement`).
 """
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 from numba import prange
-from numba.extending import overload
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import LINKED, SAFE_MATH, inner, njit
+from reference_fem.compiled import SAFE_MATH, inner, njit, use_for
 from reference_fem.elements.blocks import Blocks, Moving, Stored
 from reference_fem.elements.stress import lower
 from reference_fem.elements.threads import (
@@ -51,16 +48,8 @@ def implement(
     det: Callable[[Blocks, Array, int, Array], float],
 ) -> None:
     """Register compiled versions of `add_force` and `least_det` for blocks of `kind`."""
-    for asked, compiled in ((add_force, force), (least_det, det)):
-        overload(asked, strict=False, jit_options=LINKED)(_for_blocks_of(kind, compiled))
-
-
-def _for_blocks_of(kind: type[Blocks], compiled: Callable[..., Any]) -> Callable[..., Any]:
-    def choose(blocks: Any, *rest: Any) -> Any:
-        is_kind = getattr(blocks, "instance_class", None) is kind
-        return (lambda *args: compiled(*args)) if is_kind else None
-
-    return choose
+    use_for(add_force, kind, lambda *args: force(*args))
+    use_for(least_det, kind, lambda *args: det(*args))
 
 
 @inner(_nrt=False)

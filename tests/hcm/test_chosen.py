@@ -28,7 +28,7 @@ from hcm.chosen_flight import (
 )
 from hcm.fall import magnified, rods_fall
 from hcm.model import rigid_motion
-from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_TIP, SURFACE
+from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_TIP
 from tests.hcm.test_accuracy import SOFT_SCENE, chosen
 
 # one phalanx that is stiff beside its tip's spring, whose bending limits a step of collocation
@@ -255,19 +255,26 @@ def test_a_falls_sections_sink_as_those_of_straight_beams() -> None:
     assert fall.sunk == pytest.approx(max(sunk), abs=1e-12)  # round-off
 
 
-@pytest.mark.parametrize("gravity", [9.8, 0.0], ids=["tap", "no fall"])
-def test_a_spring_that_is_not_assumed_changes_nothing(gravity: float) -> None:
+@pytest.mark.parametrize(
+    ("length", "count", "height", "gravity"),
+    [(0.04, 3, 0.1, 9.8), (0.04, 3, 0.1, 0.0), (0.02, 1, 0.01, 9.8)],
+    ids=["tap", "no fall", "bending limits a step of collocation"],
+)
+def test_a_spring_that_is_not_assumed_changes_nothing(
+    length: float, count: int, height: float, gravity: float
+) -> None:
     """Also where the rods' fall says nothing of the speed."""
-    phalanx = replace(SOFT, poisson_ratio=0.4)
+    phalanx = replace(SOFT, length=length, poisson_ratio=0.4)
     refined = hcm.Scene(
-        hcm.Finger((phalanx,) * 3), SURFACE, hcm.Tip(), hcm.Drive(gravity=gravity),
-        settings=NO_ESTIMATE, assumptions=hcm.Assumptions("refined"),
+        hcm.Finger((phalanx,) * count), hcm.Surface(height, 0.5), hcm.Tip(),
+        hcm.Drive(gravity=gravity), settings=NO_ESTIMATE, assumptions=hcm.Assumptions("refined"),
     )  # fmt: skip
     assert (rods_fall(refined) is None) == (gravity == 0.0)
-    sprung = replace(refined, tip=hcm.Tip(1.0))
-    for stated in ({}, {"contact_integrator": "gauss"}):
-        without, with_spring = (settings_for(1e-2, of, stated) for of in (refined, sprung))
-        assert without.choices == with_spring.choices
+    for k in (1.0, 1e9):
+        sprung = replace(refined, tip=hcm.Tip(k))
+        for stated in ({}, {"contact_integrator": "gauss"}):
+            without, with_spring = (settings_for(1e-2, of, stated) for of in (refined, sprung))
+            assert without.choices == with_spring.choices
     if gravity > 0.0:
         ends = (hcm.simulate_scene(of).summary for of in (refined, sprung))
         assert len({end.normal_impulse_N_s for end in ends}) == 1

@@ -184,5 +184,7 @@ def test_every_status_but_success_gives_advice() -> None:
 def test_assumptions_with_a_spring_need_its_stiffness(switches: dict[str, bool]) -> None:
     """Hertz's F_n has none, the tangential element of a patch that slips as a whole has."""
     assumed = hcm.Assumptions("paper", **switches)  # type: ignore[arg-type]
-    with pytest.raises(hcm.ParameterError, match=r"tip\.normal_stiffness is missing: .* > 0"):
+    with pytest.raises(
+        hcm.ParameterError, match=r"tip\.normal_stiffness is missing: .* > 0, unless partial_slip"
+    ):
         hcm.Scene(finger(SOFT), SURFACE, hcm.Tip(), assumptions=assumed)

@@ -543,7 +543,7 @@ def test_a_run_of_several_taps_says_that_errors_are_the_firsts() -> None:
 
 def test_an_interrupt_of_the_companion_keeps_the_run(estimated: rf.TapResult) -> None:
     def stop(share: float, what: str) -> None:
-        if what.startswith("estimate of errors"):
+        if what == "estimate of errors, contact":
             raise KeyboardInterrupt
 
     stopped = tap(stop=stop)

@@ -194,11 +194,11 @@ def identify_contact(
 
 def _law_cautions(scene: NamedScene) -> tuple[str, ...]:
     """Caution about a force that k does not enter."""
-    if not assumptions_of(scene.tables).has("hertz"):
+    if assumptions_of(scene.tables).needs_stiffness:
         return ()
     return (
-        "under solver.hcm.hertz, one of the refined assumptions, k does not enter the reduced"
-        " model: F is that model's peak, and k the spring of the same energy there",
+        "under solver.hcm.partial_slip, one of the refined assumptions, k does not enter the"
+        " reduced model: F is that model's peak, and k the spring of the same energy there",
     )
 
 

@@ -140,7 +140,7 @@ def run_identify_contact(
     for row in table:
         known = with_error(row["static_indentation"], row.get("uncertainty"), 4)
         theory = f"{row['theory_is']}: {row['theory']:.4g}" if "theory" in row else ""
-        given = f"; the scene's own: {row['scene']:.4g}" if row.get("scene") else ""
+        given = f"; the scene's own: {row['scene']:.4g}" if row.get("scene") is not None else ""
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         output(f"  {row['quantity']}: {known}{unit}" + f" ({theory}{given})" * bool(theory))
     for what, judged in {"k": found.stiffness, "eta^2": found.ratio, **found.yielding}.items():

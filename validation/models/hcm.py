@@ -23,8 +23,8 @@ WARM_UP = (
 )
 REFINED = "solver.hcm.assumptions='refined'"
 NO_STIFFNESS = (
-    "tip.normal_stiffness is missing: the spring of the paper's reduced model, hcm, needs it"
-    " (fingertap identify contact finds one); hcm-refined does without"
+    "tip.normal_stiffness is missing: the paper's reduced model, hcm, has a spring of that k"
+    " (fingertap identify contact finds one); hcm-refined, whose patch slips in parts, has none"
 )
 OVERRIDDEN = "solver.hcm.assumptions = 'paper' has no effect on {}: use --model hcm"
 
@@ -114,8 +114,6 @@ def warm_up_choices() -> None:
 class Reduced(Adapter):
     """The adapter of ``hcm`` or of ``hcm-refined``.
 
-    It refuses what hcm can't compute when the scene is translated.
-
     overrides : changes of the scene that it runs on.
     """
 
@@ -125,10 +123,25 @@ class Reduced(Adapter):
     sources, independent_of = (__name__,), ("reference_fem", "meshes")
 
     def refusal(self, scene: NamedScene) -> str:
-        """Why the paper's contact can't take this scene; empty if it can or is not assumed."""
-        if scene.tables.tip.normal_stiffness is not None or self.overrides:
+        """`NO_STIFFNESS` if its assumptions have a spring and the scene has none.
+
+        What else it can't compute is refused when the scene is translated.
+        """
+        import hcm
+
+        if scene.tables.tip.normal_stiffness is not None:
             return ""
-        return NO_STIFFNESS if assumptions_of(scene.tables).needs_stiffness else ""
+        try:
+            assumed = assumptions_of(self._own(scene).tables)
+        except hcm.ParameterError:
+            return ""
+        return NO_STIFFNESS if assumed.needs_stiffness else ""
+
+    def _own(self, scene: NamedScene) -> NamedScene:
+        """The scene with the model's overrides."""
+        if not self.overrides:
+            return scene
+        return changed_scene(scene.name, scene.document, self.overrides, scene.name)
 
     def warm_up(self) -> None:
         """Tap once with one phalanx of two elements, with the kernels of the default accuracy."""
@@ -147,8 +160,7 @@ class Reduced(Adapter):
 
         del checkpoint
         own = scene.tables.solver.hcm.assumptions
-        if self.overrides:
-            scene = changed_scene(scene.name, scene.document, self.overrides, scene.name)
+        scene = self._own(scene)
         given = hcm_scene(scene, estimate=True)
         simulate, settings = partial(hcm.simulate_scene, given), given.settings
         accuracy = scene.tables.solver.accuracy_of(self.settings)

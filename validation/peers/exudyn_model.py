@@ -32,6 +32,8 @@ def refusal(scene: NamedScene) -> str:
     tables = scene.tables
     if not installed(name):
         return "exudyn is not installed: pip install 'fingertap[bench]'"
+    if tables.tip.normal_stiffness is None:
+        return "tip.normal_stiffness is missing: Exudyn's finger taps on a spring of that k"
     elsewhere = any(map(any, tables.start_state or ()))
     for key, value, needed in (
         ("drive.torques other than 0", any(map(any, tables.torque_rows)), False),

@@ -49,6 +49,6 @@ def new_scene(path: Path, /, *, like: str = "soft") -> None:
             f"{show(str(path))}: cannot be written ({reason(error)}); check the path"
         ) from error
     write_text(path, text)
-    output(
-        f"{path}: a scene like {like}; run it: fingertap run {shlex.quote(str(path))} --model hcm"
-    )
+    model = "hcm" if "normal_stiffness" in values.get("tip", {}) else "hcm-refined"
+    run = f"fingertap run {shlex.quote(str(path))} --model {model}"
+    output(f"{path}: a scene like {like}; run it: {run}")

@@ -118,8 +118,8 @@ class TipTable(Table):
     """The reduced model's lumped contact (the solid models resolve the contact instead)."""
 
     normal_stiffness: Annotated[float | None, SceneNumber("N/m", above=0, at_most=1e14)] = None
-    """k, slope of the normal element while it is compressed. hcm alone needs it: hcm-refined has
-    Hertz's law, by E and nu."""
+    """k, slope of the normal element while it is compressed. Needed where no partial slip is
+    assumed, as hcm-refined does: its contact follows from E and nu."""
     restitution: Annotated[
         float, SceneNumber(at_least=1e-3, at_most=1, advice="1 returns all of the energy")
     ] = 1.0

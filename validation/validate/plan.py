@@ -70,6 +70,12 @@ class Plan:
     def notes(self) -> list[str]:
         """Lines on what was done to the data, and on what is left out."""
         noted = [f"{scene}, {note}" for scene, data in self.data.items() for note in data.notes]
+        noted += [
+            f"{scene}: what hertz and partial_slip are worth is left out, as a contact without them"
+            " has a spring and the scene no tip.normal_stiffness"
+            for scene, source in self.scenes.items()
+            if REFINED in self.models and load_scene(source).tables.tip.normal_stiffness is None
+        ]
         return noted + [
             f"the paper's comparison, over several meshes, is left out: {scene} states {key}"
             for scene, key in self.decided.items()

@@ -171,8 +171,8 @@ def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[fl
     v = at_points(load_bases(s, RATES + 12, lane))
     w = at_points(load_bases(s, RATES + 24, lane))
     step, mu = POINT_ROWS * LANES, r[MU * LANES + lane]
-    total, rate = s[VOLUME * LANES + lane], s[DILATATION_RATE * LANES + lane]
-    p, viscous, tau, e, d = damping(law, r, lane, total, rate)
+    summed, rate = s[VOLUME * LANES + lane], s[DILATATION_RATE * LANES + lane]
+    p, viscous, tau, e, d = damping(law, r, lane, summed, rate)
     c, t = (mu, tau, p, viscous, lag), lane
     f0, e, d = damped_point(law, (x[0], y[0], z[0]), (u[0], v[0], w[0]), r, t, c, e, d)
     t += step

@@ -1,18 +1,17 @@
 """What the kernels of the 8-point hexahedron ask of a material: a contract for laws.
 
 Each stands in a file of its own beside `saint_venant`: a class of `Law`, a class of `Blocks` that
-selects it, and compiled functions of these names, which get no `law`. An element's pressure p
-follows from one measure v of its volume, a sum over points. f, r and o are rows of F Q,
-`reference` and a place in it, as in `point`.
+selects it, what its rows of `reference` hold (`ElementKind.constants`), and compiled functions of
+these names, which get no `law`. An element's pressure p follows from one measure v of its volume, a
+sum over points; damping is that of `strain_rate`, as in the stress of outputs. f, r and o are rows
+of F Q, `reference` and a place in it, as in `point`.
 """
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from numba.extending import overload
-
 from reference_fem.arrays import Array
-from reference_fem.compiled import LINKED
+from reference_fem.compiled import use_for
 from reference_fem.elements.blocks import Blocks
 from reference_fem.elements.hexahedron.edges import Rows
 
@@ -61,7 +60,7 @@ def damping(law: Law, r: Array, lane: int, v: float, rate: float) -> Five:
 
 
 def damped_point(
-    law: Law, bases: Rows, rates: Rows, r: Array, o: int, given: Five, energy: float, power: float
+    law: Law, bases: Rows, rates: Rows, r: Array, o: int, given: Five, stored: float, power: float
 ) -> tuple[Rows, float, float]:
     """`point` with damping, `rates` those of the bases; energy and power plus its own.
 
@@ -75,17 +74,10 @@ FUNCTIONS = (volume, pressure, energy, point, damping, damped_point)
 
 def implement_law(blocks: type[Blocks], law: Law, *compiled: Callable[..., Any]) -> None:
     """Register a law for a class of blocks, and its compiled `FUNCTIONS`."""
-    _register(law_of, blocks, lambda blocks: law)
+    use_for(law_of, blocks, lambda blocks: law, forceinline=True)
     for asked, function in zip(FUNCTIONS, compiled, strict=True):
-        _register(asked, type(law), _without_law(function))
+        use_for(asked, type(law), _without_law(function), forceinline=True)
 
 
 def _without_law(function: Callable[..., Any]) -> Callable[..., Any]:
     return lambda law, *args: function(*args)
-
-
-def _register(asked: Any, kind: type, code: Callable[..., Any]) -> None:
-    def choose(first: Any, *rest: Any) -> Any:
-        return code if getattr(first, "instance_class", None) is kind else None
-
-    overload(asked, strict=False, jit_options={**LINKED, "forceinline": True})(choose)

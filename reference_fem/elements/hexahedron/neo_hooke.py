@@ -44,9 +44,14 @@ class NeoHookeBlocks(Blocks):
     """Blocks of neo-Hookean 8-point hexahedra."""
 
 
+def constants(lame: Array, volume: Array) -> tuple[Array, ...]:
+    """Rows of `reference` beside mu and tau: lambda/2, Pa, and 1/V, 1/m^3."""
+    return 0.5 * lame, 1.0 / volume
+
+
 @inlined
 def volume(f: Rows, r: Array, o: int) -> float:
-    """Measure w J of one point, m^3."""
+    """Part of one point in v: w J, m^3."""
     return r[o + 6 * LANES] * dot(f[0], cross(f[1], f[2]))
 
 
@@ -107,7 +112,7 @@ def damping(r: Array, lane: int, v: float, rate: float) -> Five:
 
 @inlined
 def damped_point(
-    bases: Rows, rates: Rows, r: Array, o: int, given: Five, energy: float, power: float
+    bases: Rows, rates: Rows, r: Array, o: int, given: Five, stored: float, power: float
 ) -> tuple[Rows, float, float]:
     """`point` with damping."""
     mu, tau, p, viscous, lag = given
@@ -117,10 +122,10 @@ def damped_point(
     power += 2.0 * tau * weight * mu * product(d, h)
     d = (tau * d[0], tau * d[1], tau * d[2])
     h = (tau * h[0], tau * h[1], tau * h[2])
-    (x, y, z), stored = elastic_rows(f, r, o, mu, p)
+    (x, y, z), own = elastic_rows(f, r, o, mu, p)
     a, b, c = stress_rows(f, d, h, weight * mu, weight * viscous)
     rows = total(1.0, x, 1.0, a), total(1.0, y, 1.0, b), total(1.0, z, 1.0, c)
-    return conjugate(rows, r, o), energy + stored, power
+    return conjugate(rows, r, o), stored + own, power
 
 
 implement_law(

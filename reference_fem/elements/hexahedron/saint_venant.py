@@ -35,9 +35,14 @@ class Hex8Blocks(Blocks):
     """Blocks of St. Venant-Kirchhoff's 8-point hexahedra."""
 
 
+def constants(lame: Array, volume: Array) -> tuple[Array, ...]:
+    """Rows of `reference` beside mu and tau: lambda/V, Pa/m^3."""
+    return (lame / volume,)
+
+
 @inlined
 def volume(f: Rows, r: Array, o: int) -> float:
-    """Measure w tr E of one point, m^3."""
+    """Part of one point in v: w tr E, m^3."""
     squares = dot(f[0], f[0]) + dot(f[1], f[1]) + dot(f[2], f[2])
     return r[o + 6 * LANES] * (0.5 * squares - 1.5)
 
@@ -90,7 +95,7 @@ def damping(r: Array, lane: int, v: float, rate: float) -> Five:
 
 @inlined
 def damped_point(
-    bases: Rows, rates: Rows, r: Array, o: int, given: Five, energy: float, power: float
+    bases: Rows, rates: Rows, r: Array, o: int, given: Five, stored: float, power: float
 ) -> tuple[Rows, float, float]:
     """`point` with damping."""
     mu, tau, p, _, lag = given
@@ -98,11 +103,11 @@ def damped_point(
     d, h = green_strain(f)
     e, g = strain_rate(f, v, lag)
     wmu, wp = r[o + 6 * LANES] * mu, r[o + 6 * LANES] * p
-    energy += wmu * product(d, h)
+    stored += wmu * product(d, h)
     power += 2.0 * tau * wmu * product(e, g)
     d = (d[0] + tau * e[0], d[1] + tau * e[1], d[2] + tau * e[2])
     h = (h[0] + tau * g[0], h[1] + tau * g[1], h[2] + tau * g[2])
-    return conjugate(stress_rows(f, d, h, wmu, wp), r, o), energy, power
+    return conjugate(stress_rows(f, d, h, wmu, wp), r, o), stored, power
 
 
 implement_law(

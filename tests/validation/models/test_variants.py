@@ -65,10 +65,20 @@ def test_a_scene_without_a_tip_is_for_what_has_no_spring(tmp_path: Path, fingert
     path = tmp_path / "bare.toml"
     path.write_text(WITHOUT_TIP)
     scene = load_scene(str(path))
-    missing = "tip.normal_stiffness is missing: the spring of the paper's reduced model"
+    missing = "tip.normal_stiffness is missing: the paper's reduced model"
     assert HCM.refusal(scene).startswith(missing)
     assert not HCM_REFINED.refusal(scene)
     assert not HCM.refusal(load_scene(str(path), ("solver.hcm.assumptions=refined",)))
+    # a patch that slips as a whole has a tangential spring
+    whole = load_scene(str(path), ("solver.hcm.partial_slip=false",))
+    assert HCM_REFINED.refusal(whole).startswith(missing)
+    exudyn = "tip.normal_stiffness is missing"
+    assert exudyn in fingertap("run", path, "--model", "exudyn", "--out", tmp_path).refusal
+    # assumptions that do not fit together are the user's to mend, not a failure of the model
+    alone = ("run", path, "--model", "hcm", "--set", "solver.hcm.partial_slip=true")
+    assert "needs hertz" in fingertap(*alone, "--out", tmp_path).refusal
+    new = fingertap("new", tmp_path / "new.toml", "--like", path).out
+    assert "--model hcm-refined" in new
     for command in ("run", "validate", "waterfall"):
         model = ["--model", "hcm"] if command == "run" else []
         assert missing in fingertap(command, path, *model, "--out", tmp_path).refusal

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.models.adapter import Adapter, Checkpoint, Outcome, Progress, drive_of, to_record
+from validation.models.sudden_torques import sudden_torques
 from validation.scenes.load import NamedScene, changed_scene, load_scene
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import DEFAULT_ACCURACY
@@ -195,8 +196,10 @@ class Reduced(Adapter):
         estimate_time = time.perf_counter() - start - result.statistics.wall_time_s
         record = to_record(result, scene, self.name)
         message = record.message
-        if own == "paper" and self.overrides and record.ok:
-            message = "; ".join(filter(None, (message, OVERRIDDEN.format(self.name))))
+        if self.overrides and record.ok:
+            overridden = OVERRIDDEN.format(self.name) if own == "paper" else ""
+            sudden = sudden_torques(scene.tables, record.summary)
+            message = "; ".join(filter(None, (message, overridden, sudden)))
         statistics = {**record.statistics, "estimate_time_s": estimate_time}
         return Outcome(replace(record, message=message, statistics=statistics))
 

@@ -9,6 +9,7 @@ from validation.errors import UserError
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.run_files import Fields
 from validation.models.adapter import Adapter, Checkpoint, Outcome, Progress, to_record
+from validation.models.sudden_torques import sudden_torques
 from validation.scenes.load import NamedScene, load_scene
 
 WARM_UP = (  # run once for each law that a preset uses
@@ -136,10 +137,11 @@ class Solid(Adapter):
             raise UserError(f"scene {scene.name}: {error}") from error
         record = to_record(result, scene, self.name, solid_inputs.variant(tables))
         returns = RETURNS.format(tables.tip.restitution) if tables.tip.restitution < 1.0 else ""
+        sudden = sudden_torques(tables, record.summary)
         times = {"mesh_time_s": mesh_time, "estimate_time_s": max(estimate_time, 0.0)}
         record = replace(
             record,
-            message="; ".join(filter(None, (record.message, returns))),
+            message="; ".join(filter(None, (record.message, returns, sudden))),
             statistics={**record.statistics, **times},
             accuracy=solid_accuracy.accuracy_record(tables, sizing, (settings, materials), record),
         )

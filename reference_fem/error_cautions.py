@@ -70,7 +70,7 @@ def imprecise(
         line += (
             f"; an edge where it touches is {edge_over_patch:.2g} of the patch's radius: ask for a "
             "smaller accuracy or, without one, refine the mesh, there first (solver.fem.tip_size, "
-            "or the file of a mesh)"
+            "or in the mesh's file)"
         )
     return (line,)
 

@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 
 import numba
 
@@ -77,34 +78,15 @@ def simulate(
     if progress is not None and not callable(progress):
         raise ValueError(f"progress = {progress!r}: must be a function of (fraction, text)")
     check_optional("restart", restart, Restart)
-    check_optional("companion", companion, meshes.FingerMesh)
-    check_optional("compared", compared, TapResult)
-    for part in ("materials", "surface", "drive"):
-        if compared is not None and compared.given[part] != scene.given[part]:
-            raise ValueError(f"compared: its {part} is not this run's: must be of the same finger")
-    if companion is not None:
-        if not isinstance(scene.settings.contact, str):
-            raise ValueError(
-                "companion: a lumped contact has no patch by which a mesh is judged: leave it out,"
-                " and compare with a run on another mesh"
-            )
-        if (companion.dim, companion.phalanges) != (mesh.dim, mesh.phalanges):
-            raise ValueError(
-                f"companion: {companion.dim}D with {companion.phalanges} phalanges: must be a mesh"
-                f" of the run's finger, {mesh.dim}D with {mesh.phalanges}"
-            )
-        if None not in (companion.shape, mesh.shape) and companion.shape != mesh.shape:
-            raise ValueError("companion: its shape is not that of the run's mesh, another finger's")
+    _check_comparison(scene, companion, compared)
     run, solved = _solve(scene, progress, restart)
     run = replace(run, given=scene.given)
     if not settings.estimate or run.status is not Status.COMPLETED:
         return run
     once = replace(settings, estimate=False, flight="rigid", end_time_s=None, snapshots=2)
 
-    def estimating(share: float, what: str) -> None:
-        # that of a run with few elements is finer, and may take longer than the run
-        if progress is not None:
-            progress(share, f"estimate of errors, {what}")
+    # the companion of a run with few elements is finer, and may take longer than the run
+    estimating = None if progress is None else partial(_estimating, progress)
 
     def again(other: meshes.FingerMesh, state: ChainState) -> TapResult | None:
         if compared is not None:
@@ -120,6 +102,37 @@ def simulate(
     except KeyboardInterrupt:
         message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
         return replace(run, status=Status.INTERRUPTED, message=message)
+
+
+def _estimating(progress: Progress, share: float, what: str) -> None:
+    """Report what a companion's run does."""
+    progress(share, f"estimate of errors, {what}")
+
+
+def _check_comparison(
+    scene: Scene, companion: meshes.FingerMesh | None, compared: TapResult | None
+) -> None:
+    """Raise ValueError if a run of the scene can't be compared with these."""
+    check_optional("companion", companion, meshes.FingerMesh)
+    check_optional("compared", compared, TapResult)
+    for part in ("materials", "surface", "drive"):
+        if compared is not None and compared.given[part] != scene.given[part]:
+            raise ValueError(f"compared: its {part} is not this run's: must be of the same finger")
+    mesh = scene.mesh
+    if companion is None:
+        return
+    if not isinstance(scene.settings.contact, str):
+        raise ValueError(
+            "companion: a lumped contact has no patch by which a mesh is judged: leave it out,"
+            " and compare with a run on another mesh"
+        )
+    if (companion.dim, companion.phalanges) != (mesh.dim, mesh.phalanges):
+        raise ValueError(
+            f"companion: {companion.dim}D with {companion.phalanges} phalanges: must be a mesh"
+            f" of the run's finger, {mesh.dim}D with {mesh.phalanges}"
+        )
+    if None not in (companion.shape, mesh.shape) and companion.shape != mesh.shape:
+        raise ValueError("companion: its shape is not that of the run's mesh, another finger's")
 
 
 def _solve(

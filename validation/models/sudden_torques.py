@@ -22,7 +22,8 @@ SUDDEN = (
 def bending_period(tables: Scene) -> float:
     """Period of the last phalanx's first bending, a hinge and a free end, s.
 
-    w = 15.418/L^2 sqrt(EI/(rho A)), I/A = d^2/16 (Blevins 1979, table 8-1).
+    w = 15.418/L^2 sqrt(EI/(rho A)), I/A = d^2/16 (Blevins 1979, table 8-1): written out here, as a
+    solid's run may not depend on hcm (`Adapter.independent_of`), whose frequency it is.
     """
     finger, material = tables.finger, tables.material
     length, diameter, modulus, density = tables.rows(

@@ -13,9 +13,12 @@ from hcm.bounds import Bound, ParameterError, check_fields, check_kind
 
 Flight = Literal["elastic", "rigid"]
 FlightIntegrator = Literal["generalized-alpha", "gauss"]
+MaterialLaw = Literal["saint-venant-kirchhoff", "neo-hooke"]
 
 GENERALIZED_ALPHA: Final = "generalized-alpha"
 GAUSS: Final = "gauss"
+SAINT_VENANT: Final = "saint-venant-kirchhoff"
+NEO_HOOKE: Final = "neo-hooke"
 STAGES = 5
 
 SIZE = Bound("m", at_least=1e-20, at_most=1e20)
@@ -44,6 +47,9 @@ class Phalanx:
     """tau_w of Kelvin-Voigt damping, stress E (strain + tau strain rate); 0: none."""
     poisson_ratio: Annotated[float | None, Bound(at_least=0, below=0.5)] = None
     """nu_w; the paper's model does not use it, the refined one needs it."""
+    material_law: MaterialLaw = SAINT_VENANT
+    """Stress at finite strain of the last phalanx's round end (`deforming_tip`, `growing_patch`);
+    beams strain little."""
 
     def __post_init__(self) -> None:
         check_fields(self)

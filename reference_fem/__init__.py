@@ -17,7 +17,6 @@ from reference_fem.rigid_chain import ChainState
 from reference_fem.settings import (
     NEO_HOOKE,
     ONE_POINT,
-    OTHER_ELEMENTS,
     Drive,
     Material,
     Settings,
@@ -32,7 +31,6 @@ __all__ = [
     "COARSEST",
     "NEO_HOOKE",
     "ONE_POINT",
-    "OTHER_ELEMENTS",
     "SMALLEST",
     "ChainState",
     "Drive",

@@ -127,7 +127,7 @@ def crushed(run: Evidence) -> str:
     return (
         f"an element is crushed to {100 * smallest:.3g} % of its volume, where the material "
         "law (St. Venant-Kirchhoff) softens: use a stiffer material, a slower impact or, in 3D, "
-        f"another law (solver.fem.element = '{NEO_HOOKE}')"
+        f"another law (material.law = '{NEO_HOOKE}')"
     )
 
 

@@ -24,8 +24,10 @@ from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import (
     NEO_HOOKE,
     ONE_POINT,
+    SAINT_VENANT,
     Drive,
     Material,
+    MaterialLaw,
     Settings,
     Surface,
     check_materials,
@@ -84,10 +86,14 @@ class Model:
     cell_transit_s: float
 
 
-# Formulations by space dimension; the first of each is the default.
-ELEMENTS: dict[int, dict[str, Callable[..., ElementKernel]]] = {
-    3: {"hex8-sri": hex8, ONE_POINT: hex8_one_point, NEO_HOOKE: hex8_neo_hooke},
-    2: {"quad4-plane-stress": quad4_plane_stress},
+# Formulations by space dimension, element and law; the first of each is the default.
+ELEMENTS: dict[int, dict[tuple[str, MaterialLaw], Callable[..., ElementKernel]]] = {
+    3: {
+        ("hex8-sri", SAINT_VENANT): hex8,
+        (ONE_POINT, SAINT_VENANT): hex8_one_point,
+        ("hex8-sri", NEO_HOOKE): hex8_neo_hooke,
+    },
+    2: {("quad4-plane-stress", SAINT_VENANT): quad4_plane_stress},
 }
 
 
@@ -191,7 +197,7 @@ def _kernel(
     relaxation *= np.isin(np.arange(len(mesh.cells)), mesh.relaxing)
     points, cells = mesh.points, mesh.cells
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, mesh.radii[phalanx]),)
-    elements = _formulation(mesh.dim, settings)
+    elements = _formulation(mesh.dim, settings.element, materials[0].law)
     return elements(points, cells, young, poisson, density, *thickness, relaxation)
 
 
@@ -213,14 +219,20 @@ def _smallest_size(points: Array, cells: Index) -> float:
     return float(np.exp(np.log(edges).mean(axis=1)).min())
 
 
-def _formulation(dim: int, settings: Settings) -> Callable[..., ElementKernel]:
-    known = ELEMENTS[dim]
-    name = next(iter(known)) if settings.element is None else settings.element
-    if name not in known:
+def _formulation(dim: int, element: str | None, law: MaterialLaw) -> Callable[..., ElementKernel]:
+    names = list(dict.fromkeys(name for name, _ in ELEMENTS[dim]))
+    name = names[0] if element is None else element
+    if name not in names:
         raise ValueError(
-            f"element = {name!r}: a {dim}-dimensional mesh takes {', '.join(map(repr, known))}"
+            f"element = {name!r}: a {dim}-dimensional mesh takes {', '.join(map(repr, names))}"
         )
-    return known[name]
+    found = ELEMENTS[dim].get((name, law))
+    if found is None:
+        having = [
+            f"{name} ({dim}D)" for dim in ELEMENTS for name, own in ELEMENTS[dim] if own == law
+        ]
+        raise ValueError(f"law = {law!r}: {name} elements have none; {', '.join(having)} have")
+    return found
 
 
 def _hinge_sides(

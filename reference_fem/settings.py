@@ -7,7 +7,7 @@ is allowed and what is usual.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 import numpy as np
 
@@ -17,8 +17,11 @@ from reference_fem.torques import Torques
 
 Flight = Literal["rigid", "explicit", "coarse"]
 Contact = Literal["penalty", "surface", "impulse"]
-ONE_POINT, NEO_HOOKE = OTHER_ELEMENTS = ("hex8-one-point", "hex8-neo-hooke")
-"""Elements in 3D that are not the default, with kernels of their own."""
+MaterialLaw = Literal["saint-venant-kirchhoff", "neo-hooke"]
+ONE_POINT = "hex8-one-point"
+"""The element in 3D that is not the default."""
+SAINT_VENANT: Final = "saint-venant-kirchhoff"
+NEO_HOOKE: Final = "neo-hooke"
 
 LONGEST_S = 1e12
 """Bound on times: beyond it sums of steps lose their digits."""
@@ -39,6 +42,9 @@ class Material:
     """ρ of the undeformed body."""
     relaxation_time: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
     """τ of Kelvin-Voigt damping, S = C : (E + τ dE/dt); 0: none."""
+    law: MaterialLaw = SAINT_VENANT
+    """Stress at finite strain; the same for all phalanges. Crushed, St. Venant-Kirchhoff's law
+    softens; a neo-Hookean body, such as a silicone, stiffens."""
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -106,11 +112,13 @@ class TorqueTable:
 
 
 def check_materials(materials: Sequence[Material], phalanges: int) -> None:
-    """Raise ValueError unless there is one per phalanx."""
+    """Raise ValueError unless there is one per phalanx, and one law."""
     if len(materials) != phalanges:
         raise ValueError(
             f"materials: {len(materials)} given for {phalanges} phalanges; give one per phalanx"
         )
+    if len({material.law for material in materials}) > 1:
+        raise ValueError(f"law = {[m.law for m in materials]}: all phalanges must have the same")
 
 
 @dataclass(frozen=True)
@@ -190,8 +198,7 @@ class Settings:
     waking a second one costs as much as it saves, else all that numba may use."""
     element: str | None = None
     """Name of the element formulation, one of `model.ELEMENTS` for the mesh's dimension; None takes
-    the first of them. In 3D "hex8-sri", "hex8-one-point" and "hex8-neo-hooke", whose material is
-    not St. Venant-Kirchhoff's but neo-Hookean: for silicones that are crushed."""
+    the first of them. In 3D "hex8-sri" and "hex8-one-point", which has no neo-Hookean law."""
     flight: Flight = "rigid"
     """Rigid: the finger's own rigid chain flies up to the contact window. Explicit: all of it, from
     rest, by the explicit loop. Coarse: likewise, but up to the contact window on a coarser mesh of

@@ -100,7 +100,10 @@ def simulate(
     try:
         return estimated(run, solved, companion, again)
     except KeyboardInterrupt:
-        message = f"interrupted while errors were estimated: {Status.INTERRUPTED.advice}"
+        message = (
+            "interrupted while errors were estimated, which a resumed run begins again:"
+            f" {Status.INTERRUPTED.advice}"
+        )
         return replace(run, status=Status.INTERRUPTED, message=message)
 
 
@@ -176,7 +179,7 @@ def _flying_element(scene: Scene, light_mesh: meshes.FingerMesh) -> str | None:
     """The element of a coarse flight: the run's own in 2D or where its law is neo-Hookean, else the
     one-point element, which has no damping, unless it is damped.
     """
-    if light_mesh.dim == 2 or scene.settings.element == NEO_HOOKE:
+    if light_mesh.dim == 2 or scene.materials[0].law == NEO_HOOKE:
         return scene.settings.element
     damped = light_mesh.relaxing.size and any(m.relaxation_time for m in scene.materials)
     return None if damped else ONE_POINT

@@ -84,6 +84,7 @@ def solid(
     height: float = 0.1,
     torques: Sequence[float] = (),
     lumped: Mapping[str, float] | None = None,
+    material: Mapping[str, str] | None = None,
     **settings: Any,
 ) -> Case:
     """A run of the reference, by default of the paper's soft finger on a coarse mesh."""
@@ -94,7 +95,7 @@ def solid(
         mesh = _mesh(dimension, mirrored, shaft_radius, tip_size)
         scene = (
             mesh,
-            (fem.Material(modulus, 0.4, density),) * 3,
+            (fem.Material(modulus, 0.4, density, **(material or {})),) * 3,
             fem.Surface(height, friction),
             fem.Drive(tuple(torques)),
         )
@@ -139,7 +140,7 @@ CASES: dict[str, Case] = {
     "fem3d undamped surface": solid(contact="surface", contact_damping=0.0),
     "fem3d impulse": solid(contact="impulse"),
     "fem3d one point": solid(element="hex8-one-point"),
-    "fem3d neo-Hookean": solid(element="hex8-neo-hooke"),
+    "fem3d neo-Hookean": solid(material={"law": "neo-hooke"}),
     "fem3d one point impulse": solid(element="hex8-one-point", contact="impulse"),
     "fem3d whole body": solid(mirrored=True),
     "fem3d shaft holes": solid(shaft_radius=2.5e-3),

@@ -114,8 +114,8 @@ TAPS = {
     "fem3d": [
         (),
         ("solver.fem.element='hex8-one-point'", "solver.fem.accuracy=5e-2"),
-        ("solver.fem.element='hex8-neo-hooke'", "solver.fem.accuracy=5e-2"),
-        ("solver.fem.element='hex8-neo-hooke'", "material.relaxation_time=1e-7"),
+        ("material.law=neo-hooke", "solver.fem.accuracy=5e-2"),
+        ("material.law=neo-hooke", "material.relaxation_time=1e-7"),
     ],
 }
 

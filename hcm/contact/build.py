@@ -33,6 +33,12 @@ With a patch that grows, E R c_nn += 0.28 (a/R - 0.28), to 0.01 of the same axis
 finite strain for a/R 0.13 to 0.35 and nu = 0.4 (slopes 0.24 and 0.31 at nu = 0.3 and 0.48, a/R 0.2
 to 0.4, where it is 0.03 higher and 0.01 lower); beyond 0.41 no equilibrium was found.
 
+A neo-Hookean tip (material.law) stiffens where St. Venant-Kirchhoff's softens. By the same statics
+E R c_nn of a tip that deforms has -0.22 - 0.2 (nu - 0.4) besides, does not grow with the patch
+(-0.175 within 0.007 for a/R 0.09 to 0.41 at nu = 0.4, alpha = 0; -0.19 and -0.145 within 0.015 at
+0.3 and 0.48), and E R e = 0 (-0.03 at a/R = 0.2, 0.06 at 0.28; 45 degrees). c_nt gets back 0.10 and
+0.2 of what a patch of a/R = 0.2 and 0.28 takes.
+
 For a tip that radiates, by a least-squares fit of c F - D F. to pulses F ~ sin^(3/2) on the same
 free phalanx that rise in 5 to 11 R/c, c = sqrt(E/rho) (0.07 and 0.02 about the means of 20 to 60
 degrees, a/R 0.15 to 0.4, nu 0.3 to 0.48; D grows with the rise, from 0.13 to 0.29):
@@ -43,6 +49,7 @@ the second because the lag above, fitted to the rise of a pulse alone, contains 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,7 +59,7 @@ from hcm.beam.refinement import touching_height
 from hcm.contact.contract import Law
 from hcm.contact.law import contact_law
 from hcm.contact.round_tip import MEMORY, RoundTipLaw
-from hcm.parameters import Finger, Phalanx, Surface, Tip
+from hcm.parameters import NEO_HOOKE, SAINT_VENANT, Finger, MaterialLaw, Phalanx, Surface, Tip
 
 # Springs from the middle of the patch to a distance of R, denser towards the middle: x_i/R is the
 # square of i/SPRINGS, so that a patch of any size has sqrt(a/R) of them, and its edge a width of
@@ -61,10 +68,27 @@ SPRINGS = 200
 # Largest a/R of the round end's statics at finite strain; largest strain, and least length over
 # diameter, for which the stress at mid-length is the solids' to 5 % (seen over 128 fingers).
 LARGEST_PATCH, LARGEST_STRAIN, SHORTEST = 0.41, 0.05, 2.5
-# Slope of E R c_nn over a/R, and the a/R at which it equals that of a tip that deforms (above).
-GROWTH, GROWN = 0.28, 0.28
-# E R e of a tip that deforms.
-SOFTENING = 0.25
+# The a/R at which a patch that grows has the E R c_nn of a tip that deforms (above).
+GROWN = 0.28
+
+
+class FiniteStrain(NamedTuple):
+    """What a law's finite strain adds to a tip that deforms (above).
+
+    compliance, by_poisson : E R c_nn at a/R = GROWN, alpha = 90 degrees and nu = 0.4, and its slope
+    over nu. growth : its slope over a/R. softening : E R e.
+    """
+
+    compliance: float
+    by_poisson: float
+    growth: float
+    softening: float
+
+
+FINITE_STRAIN: dict[MaterialLaw, FiniteStrain] = {
+    SAINT_VENANT: FiniteStrain(0.015, 0.15, growth=0.28, softening=0.25),
+    NEO_HOOKE: FiniteStrain(-0.205, -0.05, growth=0.0, softening=0.0),
+}
 # E c D of a tip that radiates, and what is subtracted from E R c_nn.
 RADIATION, RADIATED = 0.22, 0.06
 # Friction towards the hinge, over F_n, beyond which a tap has a caution.
@@ -182,10 +206,14 @@ def patch_cautions(patch: float, angle: float) -> tuple[str, ...]:
 
 
 def _growth(last: Phalanx, assumptions: Assumptions) -> float:
-    """s, 1/m: s d^2 = GROWTH (a/R) F_n/(E R) with Hertz's F_n and a^2 = R d."""
+    """s, 1/m: s d^2 = growth (a/R) F_n/(E R) with Hertz's F_n and a^2 = R d."""
     if not assumptions.has("growing_patch"):
         return 0.0
-    return 8 * GROWTH / (3 * (1 - (last.poisson_ratio or 0.0) ** 2) * last.diameter)
+    return (
+        8
+        * FINITE_STRAIN[last.material_law].growth
+        / (3 * (1 - (last.poisson_ratio or 0.0) ** 2) * last.diameter)
+    )
 
 
 def _radiation(last: Phalanx, assumptions: Assumptions) -> float:
@@ -199,7 +227,7 @@ def _softening(last: Phalanx, assumptions: Assumptions) -> float:
     """e, m/N."""
     if not assumptions.has("deforming_tip"):
         return 0.0
-    return SOFTENING / (last.youngs_modulus * last.diameter / 2)
+    return FINITE_STRAIN[last.material_law].softening / (last.youngs_modulus * last.diameter / 2)
 
 
 def _compliance(last: Phalanx, tip: Tip, assumptions: Assumptions) -> Floats:
@@ -212,12 +240,13 @@ def _compliance(last: Phalanx, tip: Tip, assumptions: Assumptions) -> Floats:
     closed = (-0.15 + 0.55 * over, 0.34 + 0.4 * over, 1.6 + 2.6 * over)
     given = (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
     numbers = [form if own is None else own for own, form in zip(given, closed, strict=True)]
-    deforming = (0.015 + 0.15 * over, 0.0, 0.0, 0.22, -0.28)
+    finite = FINITE_STRAIN[last.material_law]
+    deforming = (finite.compliance + finite.by_poisson * over, 0.0, 0.0, 0.22, -0.28)
     sizes = np.array([*numbers, 0.0, 0.0])
     if assumptions.has("deforming_tip"):
         sizes += deforming
     if assumptions.has("growing_patch"):
-        sizes[0] -= GROWTH * GROWN
+        sizes[0] -= finite.growth * GROWN
     if assumptions.has("radiating_tip"):
         sizes[0] -= RADIATED
     return sizes / (last.youngs_modulus * last.diameter / 2)

@@ -23,7 +23,7 @@ FULL_SEARCH = 16
 PASSED = 1e-9
 OF_LAW = (
     "; St. Venant-Kirchhoff's law softens where it is crushed, on finer meshes the sooner: fem3d "
-    f"has another one (solver.fem.element = '{NEO_HOOKE}')"
+    f"has another one (material.law = '{NEO_HOOKE}')"
 )
 OF_MESH = "; refine the mesh where it touches (solver.fem.tip_size)"
 # dN_a/dxi_k at the Gauss points, (a, q, k)

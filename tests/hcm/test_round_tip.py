@@ -461,3 +461,31 @@ def test_every_field_of_the_law_is_of_the_scene() -> None:
     # what is given is that of a/R = 0.28 at rest: the law starts from a patch that has no size
     assert found.compliance * E * R == pytest.approx([0.44 - 0.28**2, 0.3, 2.0, 0.22, -0.28])
     assert found.softening * E * R == pytest.approx(0.25)
+
+
+def test_a_neo_hookean_tip_differs_in_three_numbers() -> None:
+    """c_nn by -0.22 - 0.2 (nu - 0.4) at a/R = 0.28, no growth, no softening by friction."""
+    rod = hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=0.48)
+    soft, hard = (
+        law_of(
+            hcm.Finger((dataclasses.replace(rod, material_law=own),)),
+            hcm.Surface(0.02, 0.5), hcm.Tip(), Assumptions("refined"),
+        )
+        for own in ("saint-venant-kirchhoff", "neo-hooke")
+    )  # fmt: skip
+    assert isinstance(soft, RoundTipLaw)
+    assert isinstance(hard, RoundTipLaw)
+    added = (hard.compliance - soft.compliance) * E * R
+    assert added == pytest.approx([0.28**2 - 0.236, 0.0, 0.0, 0.0, 0.0])
+    alike = hard._replace(compliance=soft.compliance, growth=soft.growth, softening=soft.softening)
+    assert (hard.growth, hard.softening) == (0.0, 0.0)
+    assert all(np.array_equal(ours, theirs) for ours, theirs in zip(alike, soft, strict=True))
+
+
+def test_the_papers_tip_knows_no_material_law() -> None:
+    rod = hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, material_law="neo-hooke")
+    found = law_of(hcm.Finger((rod,)), hcm.Surface(0.02, 0.5), hcm.Tip(1e6), Assumptions())
+    other = dataclasses.replace(rod, material_law="saint-venant-kirchhoff")
+    assert found == law_of(
+        hcm.Finger((other,)), hcm.Surface(0.02, 0.5), hcm.Tip(1e6), Assumptions()
+    )

@@ -20,7 +20,10 @@ Flag = Annotated[bool, Parameter(negative="")]
 _AGAIN = "Run everything again; without it an unchanged run that is in OUT/store is read back."
 Fresh = Annotated[bool, Parameter(negative="", help=_AGAIN)]
 
-_LEFT_OUT = "Leave the estimates of errors out, which take up to a third of a run's time."
+_LEFT_OUT = (
+    "Leave the estimates of errors out. They take up to a third of a run's time, more where a mesh"
+    " is coarse, and choose the solids' meshes, which may differ without."
+)
 NoEstimate = Annotated[bool, Parameter(name="--no-estimate", negative="", help=_LEFT_OUT)]
 
 AsJson = Annotated[

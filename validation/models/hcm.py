@@ -44,7 +44,9 @@ def hcm_scene(scene: NamedScene, *, estimate: bool) -> "hcm.Scene":
     stated = tables.solver.hcm.stated(hcm.Settings)
     stated["estimate"] = estimate and stated.get("estimate", True)
     sizes, elastic = (finger.length, finger.diameter), (material.youngs_modulus, material.density)
-    further = tables.elements, material.relaxation_time or 0.0, material.poisson_ratio
+    further = (
+        tables.elements, material.relaxation_time or 0.0, material.poisson_ratio, material.law,
+    )  # fmt: skip
     try:
         phalanges = tuple(hcm.Phalanx(*row) for row in tables.rows(*sizes, *elastic, *further))
         return hcm.Scene(

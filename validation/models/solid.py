@@ -103,7 +103,8 @@ class Solid(Adapter):
             damped = any(m.relaxation_time for m in materials)
             sizes, edge = solid_mesh.sizes_of(tables), sizing and sizing.tip_size
             if sizes is not None and self.dimension == 3 and settings.element is None:
-                settings = replace(settings, element=None if damped else sizes.element)
+                eight = damped or tables.material.law == reference_fem.NEO_HOOKE
+                settings = replace(settings, element=None if eight else sizes.element)
             beside, compared = None, None
             if solves and _may_judge(solves[-1], settings, edge):
                 beside, compared = solves[-1].mesh, solves[-1].result
@@ -115,10 +116,8 @@ class Solid(Adapter):
                     for body in (mesh, beside)
                 )
                 coarse = coarse and solid_relaxing.relaxing_nowhere(coarse)
-            element = settings.element if self.dimension == 3 else None
-            refused = damped and element == reference_fem.ONE_POINT
-            if element in reference_fem.OTHER_ELEMENTS and not refused and not warm:
-                _warm_up_element(self, element, damped)
+            if self.dimension == 3 and not warm:
+                _warm_up_kernel(self, settings.element, tables.material.law, damped)
             start = time.perf_counter()
             restart = None
             if checkpoint is not None:
@@ -161,9 +160,19 @@ def _may_judge(coarser: _Solve, settings: Any, edge: float | None) -> bool:
 
 
 @cache
-def _warm_up_element(model: Solid, element: str, damped: bool) -> None:
-    """Tap with an element that is not the default, once per process: it has its own kernels."""
-    keys = f"solver.fem.element={element}", f"material.relaxation_time={1e-8 * damped:g}"
+def _warm_up_kernel(model: Solid, element: str | None, law: str, damped: bool) -> None:
+    """Tap once per process with an element or law that is not the default, if there is such: it
+    has its own kernels.
+    """
+    import reference_fem
+
+    one_point, neo_hookean = element == reference_fem.ONE_POINT, law == reference_fem.NEO_HOOKE
+    refused = one_point and (damped or neo_hookean)
+    if refused or not (one_point or neo_hookean):
+        return
+    keys = [f"material.law={law}", f"material.relaxation_time={1e-8 * damped:g}"]
+    if one_point:
+        keys.append(f"solver.fem.element={element}")
     warmed = model._solved(load_scene("soft", (*WARM_UP, *keys)), None, None, [], warm=True)
     unless_interrupted(warmed.record)
 

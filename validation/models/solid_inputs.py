@@ -47,7 +47,7 @@ def solid_parts(tables: Scene) -> SolidParts:
     elastic = material.youngs_modulus, material.poisson_ratio, material.density
     materials = tuple(
         reference_fem.Material(*properties)
-        for properties in tables.rows(*elastic, material.relaxation_time or 0.0)
+        for properties in tables.rows(*elastic, material.relaxation_time or 0.0, material.law)
     )
     surface = reference_fem.Surface(height=tables.surface.height, friction=tables.surface.friction)
     return SolidParts(materials, surface, drive_of(tables, reference_fem), solver_settings(tables))

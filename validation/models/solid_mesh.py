@@ -248,7 +248,7 @@ def coarse_flight_s(tables: Scene, dimension: Dimension, lasts_s: float) -> floa
     except meshes.MeshError:
         return math.inf
     edge = min(sizing.section_size, sizing.axial_size)
-    share = 0.25 if tables.solver.fem.element == NEO_HOOKE else 0.5
+    share = 0.25 if tables.material.law == NEO_HOOKE else 0.5
     step = share * edge / max(material.bar_speed for material in materials)
     return lasts_s / step * count / UPDATES_PER_S
 

@@ -35,13 +35,13 @@ class Scene(Table):
     start: StartTable = StartTable()
     solver: SolverTable = SolverTable.model_validate({})
 
-    def per_phalanx(self, values: Numbers | tuple[int, ...]) -> tuple[float, ...]:
-        """One number per phalanx, whether the scene gives one or a list."""
+    def per_phalanx(self, values: Numbers | tuple[int, ...] | str) -> tuple[Any, ...]:
+        """One value per phalanx, whether the scene gives one or a list."""
         if isinstance(values, tuple):
             return values
         return (values,) * self.finger.phalanges
 
-    def rows(self, *columns: Numbers | tuple[int, ...]) -> list[tuple[Any, ...]]:
+    def rows(self, *columns: Numbers | tuple[int, ...] | str) -> list[tuple[Any, ...]]:
         """A row of numbers for each phalanx."""
         return list(zip(*map(self.per_phalanx, columns), strict=True))
 

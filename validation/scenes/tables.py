@@ -5,7 +5,7 @@ All quantities are SI, with the bounds of what a scene may be.
 
 import dataclasses
 import math
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, model_validator
 from pydantic_core import PydanticCustomError
@@ -77,7 +77,7 @@ class FingerTable(Table):
 
 
 class MaterialTable(Table):
-    """Linear elastic, isotropic, and damped if a relaxation time is given."""
+    """Isotropic, Hooke's at small strains, and damped if a relaxation time is given."""
 
     youngs_modulus: Annotated[
         Numbers, SceneNumber("Pa", at_least=1, at_most=1e14, per_phalanx=True)
@@ -96,6 +96,9 @@ class MaterialTable(Table):
     ] = None
     """tau of Kelvin-Voigt damping, stress by the strain + tau times its rate; 0: none. Left out:
     none, but that solids held to an accuracy have one near the touch where the tip slides."""
+    law: Literal["saint-venant-kirchhoff", "neo-hooke"] = "saint-venant-kirchhoff"
+    """Stress at finite strain, for fem3d and the tip of the refined reduced model. Crushed, St.
+    Venant-Kirchhoff's law softens; a neo-Hookean body, such as a silicone, stiffens."""
 
 
 class SurfaceTable(Table):

@@ -1,6 +1,6 @@
 """An axisymmetric half-ball on a rod that is pressed on a plane: E = R = 1.
 
-With small strains, or by St. Venant-Kirchhoff's law.
+With small strains, or by St. Venant-Kirchhoff's or the neo-Hookean law.
 """
 
 from typing import Any
@@ -9,6 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sl
 from numpy.typing import NDArray
+
+from hcm.parameters import NEO_HOOKE, MaterialLaw
 
 Numbers = NDArray[np.float64]
 NU = 0.4
@@ -68,9 +70,10 @@ class HalfBall:
         stretch = np.linalg.norm(np.einsum("qa,eai->eqi", slope, rim), axis=-1)
         self.rim = 2 * np.pi * weight * stretch * np.einsum("qa,ea->eq", self.on_edge, rim[..., 0])
 
-    def forces(self, u: Numbers, finite: bool) -> tuple[Numbers, Any]:
-        """Internal forces and their tangent, with S = lam tr(E) + 2 mu E."""
+    def forces(self, u: Numbers, law: MaterialLaw | None) -> tuple[Numbers, Any]:
+        """Internal forces and their tangent, with S = lam tr(E) + 2 mu E, or neo-Hookean."""
         lam, mu, one = NU / ((1 + NU) * (1 - 2 * NU)), 0.5 / (1 + NU), np.eye(3)
+        finite, out = law is not None, np.zeros(u.size)
 
         def stress(strain: Numbers) -> Numbers:
             trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
@@ -78,13 +81,19 @@ class HalfBall:
 
         turned = np.einsum("eqdij,ed->eqij", self.gradient, u[self.places])
         full = one + turned if finite else np.broadcast_to(one, turned.shape)
+        if law == NEO_HOOKE:
+            det = np.linalg.det(full)
+            pressure, slope = 0.5 * lam * (det - 1 / det), 0.5 * lam * (1 + det**-2)
+            own, tangent, swell = neo_hooke(full, self.gradient, self.weight, pressure, mu)
+            np.add.at(out, self.places, own)
+            tangent += np.einsum("eq,eqm,eqn->emn", self.weight * slope, swell, swell)
+            return out, assembled(tangent, self.places, u.size)
         strain = 0.5 * (turned + turned.swapaxes(-1, -2))
         if finite:
             strain = strain + 0.5 * turned.swapaxes(-1, -2) @ turned
         rate = np.einsum("eqki,eqdkj->eqdij", full, self.gradient)
         rate = 0.5 * (rate + rate.swapaxes(-1, -2))
         pressed = stress(strain)
-        out = np.zeros(u.size)
         np.add.at(out, self.places, np.einsum("eq,eqij,eqdij->ed", self.weight, pressed, rate))
         tangent = self.product(stress(rate), rate)
         if finite:
@@ -98,12 +107,12 @@ class HalfBall:
         other = right.swapaxes(1, 2).reshape(count, 18, -1)
         return np.asarray(weighed.reshape(count, 18, -1) @ other.swapaxes(1, 2))
 
-    def press(self, depths: Numbers, finite: bool, stiffness: float = 1000.0) -> Numbers:
+    def press(self, depths: Numbers, law: MaterialLaw | None, stiffness: float = 1000.0) -> Numbers:
         """(force, approach less the springs' own) of each depth of a plane with stiff springs."""
         u, found, heights = np.zeros(self.points.size), [], 2 * self.outside + 1
         for depth in depths:
             for step in range(40):
-                residual, tangent = self.forces(u, finite)
+                residual, tangent = self.forces(u, law)
                 z = self.points[self.outside, 1] + u[heights]
                 gap = depth - z @ self.on_edge.T
                 push = self.rim * stiffness * np.maximum(gap, 0.0)
@@ -127,6 +136,28 @@ def quadratic(x: Numbers) -> tuple[Numbers, Numbers]:
         np.stack([x * (x - 1) / 2, 1 - x * x, x * (x + 1) / 2], axis=-1),
         np.stack([x - 0.5, -2 * x, x + 0.5], axis=-1),
     )
+
+
+def neo_hooke(
+    full: Numbers, gradient: Numbers, weight: Numbers, pressure: Numbers, mu: float
+) -> tuple[Numbers, Numbers, Numbers]:
+    """Forces (e, d) of P = mu F + (p - mu/J) cof F, their tangent at constant p, dJ (e, q, d).
+
+    full (e, q, 3, 3) : F. gradient (e, q, d, 3, 3) : dF of each unknown. weight, pressure (e, q)
+    """
+    det = np.linalg.det(full)
+    cof = det[..., None, None] * np.linalg.inv(full).swapaxes(-1, -2)
+    share = pressure - mu / det
+    pressed = mu * full + share[..., None, None] * cof
+    out = np.einsum("eq,eqij,eqdij->ed", weight, pressed, gradient)
+    swell = np.einsum("eqij,eqdij->eqd", cof, gradient)
+    turned = cof[:, :, None] @ gradient.swapaxes(-1, -2) @ cof[:, :, None]
+    rate = mu * gradient - (share / det)[..., None, None, None] * turned
+    rate += ((share / det + mu / det**2)[..., None] * swell)[..., None, None] * cof[:, :, None]
+    count, _, unknowns = swell.shape
+    left = (weight[..., None, None, None] * rate).swapaxes(1, 2).reshape(count, unknowns, -1)
+    right = gradient.swapaxes(1, 2).reshape(count, unknowns, -1)
+    return out, left @ right.swapaxes(1, 2), swell
 
 
 def assembled(blocks: Numbers, places: Any, n: int) -> Any:

@@ -1,7 +1,8 @@
 """A half-ball on a rod that is pressed on a plane and slides on it, by statics in three dimensions.
 
-E = R = 1; half a body of trilinear hexahedra with the mean dilatation, small strains or the law of
-St. Venant and Kirchhoff; penalty contact over the facets, friction along the plane of motion.
+E = R = 1; half a body of trilinear hexahedra with the mean dilatation, small strains, the law of
+St. Venant and Kirchhoff or the neo-Hookean one; penalty contact over the facets, friction along the
+plane of motion.
 """
 
 from typing import Any
@@ -16,12 +17,13 @@ import meshes
 from hcm.beam.chain import build_chain
 from hcm.beam.joint_torque import torque_force
 from hcm.beam.refinement import beams_of, refine_chain
+from hcm.parameters import NEO_HOOKE, MaterialLaw
 from hcm.statics import equilibrium
 from reference_fem.elements.geometry import geometries
 from reference_fem.settings import Material
 from reference_fem.statics.indentation import contact_area
 from reference_fem.statics.tip import last_phalanx, tip_compliance, touch_frame
-from tests.validation.identify.half_ball import assembled
+from tests.validation.identify.half_ball import assembled, neo_hooke
 
 Numbers = NDArray[np.float64]
 LENGTH, PENALTY, EDGES = 2.5, 1500.0, 5  # edges: over the patch
@@ -61,8 +63,9 @@ class SlidingBall:
         )
         self.frame = frame[:2, :2]
 
-    def internal(self, u: Numbers, finite: bool) -> tuple[Numbers, Any]:
-        """Forces of W = mu E:E + lam/2 mean(tr E)^2, and their tangent."""
+    def internal(self, u: Numbers, law: MaterialLaw | None) -> tuple[Numbers, Any]:
+        """Forces of W = mu E:E + lam/2 mean(tr E)^2, or neo-Hookean, and their tangent."""
+        finite = law is not None
         lam, mu = self.nu / ((1 + self.nu) * (1 - 2 * self.nu)), 0.5 / (1 + self.nu)
         turned = np.einsum("eai,eqaj->eqij", u.reshape(-1, 3)[self.cells], self.gradient)
         strain = 0.5 * (turned + turned.swapaxes(-1, -2))
@@ -70,6 +73,8 @@ class SlidingBall:
         if finite:
             strain, full = strain + 0.5 * turned.swapaxes(-1, -2) @ turned, np.eye(3) + turned
         volume = self.weight.sum(axis=1)
+        if law == NEO_HOOKE:
+            return self._neo_hookean(np.eye(3) + turned, volume, lam, mu)
         mean = np.einsum("eq,eqii->e", self.weight, strain) / volume
         stress = 2 * mu * strain + lam * mean[:, None, None, None] * np.eye(3)
         rate = np.einsum("eqki,eqaj->eqakij", full, self.gradient)
@@ -87,22 +92,38 @@ class SlidingBall:
             blocks += np.einsum("eab,ij->eaibj", own, np.eye(3)).reshape(blocks.shape)
         return out, assembled(blocks, self.places, self.size)
 
-    def approach(self, friction: float, finite: bool) -> float:
+    def _neo_hookean(
+        self, full: Numbers, volume: Numbers, lam: float, mu: float
+    ) -> tuple[Numbers, Any]:
+        """The same of p = lam/2 (J' - 1/J'), J' the mean of det F."""
+        mean = np.einsum("eq,eq->e", self.weight, np.linalg.det(full)) / volume
+        pressure = np.broadcast_to(0.5 * lam * (mean - 1 / mean)[:, None], self.weight.shape)
+        gradient = np.einsum("eqaj,ik->eqakij", self.gradient, np.eye(3))
+        gradient = gradient.reshape(*self.weight.shape, 24, 3, 3)
+        own, blocks, swell = neo_hooke(full, gradient, self.weight, pressure, mu)
+        whole = np.einsum("eq,eqd->ed", self.weight, swell)
+        slope = 0.5 * lam * (1 + mean**-2) / volume
+        blocks += slope[:, None, None] * whole[:, :, None] * whole[:, None, :]
+        out = np.zeros(self.size)
+        np.add.at(out, self.places, own)
+        return out, assembled(blocks, self.places, self.size)
+
+    def approach(self, friction: float, law: MaterialLaw | None) -> float:
         """Of the plane at the whole body's `force`; friction > 0 slides towards the hinge."""
         u, depth = np.zeros(self.size), (0.75 * (1 - self.nu**2) * self.force) ** (2 / 3)
         for share in (FIRST, *LATER):
-            u, depth = self._settled(u, depth, share * self.force, friction, finite)
+            u, depth = self._settled(u, depth, share * self.force, friction, law)
         return depth
 
     def _settled(
-        self, u: Numbers, depth: float, force: float, friction: float, finite: bool
+        self, u: Numbers, depth: float, force: float, friction: float, law: MaterialLaw | None
     ) -> tuple[Numbers, float]:
         shapes, area, free = self.area.shapes, self.area.weights, self.free
         for step in range(STEPS):
             gap = depth - self.area.heights - shapes @ (self.inward @ u)
             assert not (self.area.outermost & (gap > 0)).any()
             push = shapes.T @ (PENALTY * area * np.maximum(gap, 0.0))
-            out, tangent = self.internal(u, finite)
+            out, tangent = self.internal(u, law)
             pulls = self.inward.T - friction * self.along.T
             out, missing = out - pulls @ push, 2 * push.sum() - force
             if step and np.abs(out[free]).max() + abs(missing) < 1e-7 * force:
@@ -122,12 +143,12 @@ class SlidingBall:
             depth += deeper
         raise ArithmeticError(f"no equilibrium at F = {force:g}")
 
-    def compliance(self, friction: float, finite: bool) -> float:
+    def compliance(self, friction: float, law: MaterialLaw | None) -> float:
         """c of u = c F between the plane and C, Hertz's indentation and the beam's way off."""
         hertz = (0.75 * (1 - self.nu**2) * self.force) ** (2 / 3)
-        load = 1.0 if finite else 1e-4  # of a beam that bends as linearly as the solid
+        load = 1.0 if law else 1e-4  # of a beam that bends as linearly as the solid
         beam = self._beam(load * self.force, -friction * load * self.force) / load
-        return (self.approach(friction, finite) - hertz - beam) / self.force
+        return (self.approach(friction, law) - hertz - beam) / self.force
 
     def _beam(self, push: float, pull: float) -> float:
         """Way of the refined beam's C into the body, held where the solid is."""

@@ -306,29 +306,39 @@ def test_an_element_that_is_not_the_default_is_compiled_before_it_is_timed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     warmed: list[tuple[object, ...]] = []
-    monkeypatch.setattr(solid, "_warm_up_element", lambda *given: warmed.append(given))
-    damped = "solver.fem.element=hex8-neo-hooke", "material.relaxation_time=1e-8"
-    for keys in ((), ("solver.fem.element=hex8-one-point",), damped):
+    solved = solid.Solid._solved
+
+    def noted(*given: Any, warm: bool = False) -> Any:
+        tables = given[1].tables
+        if warm:
+            damped = bool(tables.material.relaxation_time)
+            warmed.append((tables.solver.fem.element, tables.material.law, damped))
+        return solved(*given, warm=warm)
+
+    monkeypatch.setattr(solid.Solid, "_solved", noted)
+    solid._warm_up_kernel.cache_clear()
+    damped = "material.law=neo-hooke", "material.relaxation_time=1e-8"
+    for keys in ((), ("solver.fem.element=hex8-one-point",), damped, damped):
         assert solid.FEM3D.run(load_scene("soft", (*solid.WARM_UP, *keys))).record.ok
-    several = (solid.FEM3D, "hex8-one-point", False), (solid.FEM3D, "hex8-neo-hooke", True)
-    assert warmed == [*several]
+    one_point = "hex8-one-point", "saint-venant-kirchhoff", False
+    assert warmed == [one_point, (None, "neo-hooke", True)]
 
 
 def test_a_neo_hookean_silicone_taps_where_the_other_law_turns_inside_out() -> None:
     """The soft finger of 0.5 MPa at 2.4 m/s; the tip loses half of its volume somewhere."""
     keys = "material.youngs_modulus=5e5", "solver.fem.accuracy=5e-2", "solver.fem.estimate=false"
     ours, theirs = (
-        solid.FEM3D.run(load_scene("soft", (*keys, f"solver.fem.element={element}"))).record
-        for element in ("hex8-neo-hooke", "hex8-sri")
+        solid.FEM3D.run(load_scene("soft", (*keys, f"material.law={law}"))).record
+        for law in ("neo-hooke", "saint-venant-kirchhoff")
     )
     assert ours.ok
     assert ours.summary["energy_residual"] < 0.01
     assert not theirs.ok
-    assert "solver.fem.element = 'hex8-neo-hooke'" in theirs.message
+    assert "material.law = 'neo-hooke'" in theirs.message
 
 
 NEO_HOOKEAN = (
-    "solver.fem.element=hex8-neo-hooke", "solver.fem.estimate=false",
+    "material.law=neo-hooke", "solver.fem.estimate=false",
     "solver.fem.max_contact_time=0.05",
 )  # fmt: skip
 
@@ -358,6 +368,19 @@ def test_an_element_that_is_none_is_refused_by_its_own_scene(
 ) -> None:
     scene = load_scene("soft", (*solid.WARM_UP, f"solver.fem.element={element}"))
     with pytest.raises(UserError, match=f"scene mine: element = '{element}'"):
+        model.run(replace(scene, name="mine"))
+
+
+@pytest.mark.parametrize(
+    ("model", "keys"),
+    [(solid.FEM3D, ("solver.fem.element=hex8-one-point",)), (solid.FEM2D, ())],
+)
+def test_a_law_that_an_element_lacks_is_refused_by_its_own_scene(
+    model: solid.Solid, keys: tuple[str, ...]
+) -> None:
+    scene = load_scene("soft", (*solid.WARM_UP, "material.law=neo-hooke", *keys))
+    refused = r"scene mine: law = 'neo-hooke': .* have none; hex8-sri \(3D\) have"
+    with pytest.raises(UserError, match=refused):
         model.run(replace(scene, name="mine"))
 
 

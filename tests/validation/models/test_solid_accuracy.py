@@ -294,6 +294,19 @@ def test_a_finer_mesh_that_is_refused_is_told() -> None:
     assert record.message.endswith("wanted; a finer mesh is refused: too many elements")
 
 
+@pytest.mark.parametrize(("wanted", "first"), [(0.1, 0.014), (0.02, 0.014), (0.015, 0.0105)])
+def test_a_loose_accuracy_is_not_quicker(wanted: float, first: float) -> None:
+    """Fewer elements had a finer companion, of 26 times the run's time."""
+    seen: list[float | None] = []
+
+    def solver(scene: NamedScene) -> Outcome:
+        seen.append(scene.tables.solver.accuracy_of("fem"))
+        return completed(seen[-1], 0.01, 0.01)
+
+    solved_within(solver, load_scene("soft", [f"solver.accuracy={wanted}"]), 3)
+    assert seen == [pytest.approx(first)]
+
+
 @pytest.mark.parametrize("of_mesh", [0.004, None])
 def test_what_no_mesh_lessens_is_told_and_not_solved_again(of_mesh: float | None) -> None:
     """The tap may have another end; None: it is not known which touch is the first."""

@@ -19,8 +19,8 @@ from validation.scenes.scene import Scene
 from validation.scenes.scene_number import SceneNumber
 from validation.scenes.solver_tables import SolverTable
 
-# A choice, without a bound.
-OWN = {"drive.reaction"}
+# Choices, without a bound.
+OWN = {"drive.reaction", "material.law"}
 
 
 def extremes() -> Iterator[tuple[str, tuple[float, ...], tuple[float, ...]]]:

@@ -152,9 +152,11 @@ def measure_box(counts: tuple[int, ...], threads: tuple[int, ...], budget_s: flo
         numba.set_num_threads(count)
         run()
 
-    material = fem.Material(YOUNG, POISSON, DENSITY)
     built = {
-        name: falling_block_case(points, cells, name, material) for name in ELEMENTS[len(counts)]
+        name + ", neo-Hookean" * (law == fem.NEO_HOOKE): falling_block_case(
+            points, cells, name, fem.Material(YOUNG, POISSON, DENSITY, law=law)
+        )
+        for name, law in ELEMENTS[len(counts)]
     }
     cases = [(name, count) for name in built for count in available]
     pieces = [partial(on, count, piece) for name, count in cases for piece in built[name].pieces]

@@ -1,5 +1,6 @@
 """Stated errors cover the true ones, and cost nothing where they are not asked for."""
 
+import math
 from dataclasses import fields, replace
 from types import SimpleNamespace
 from typing import Any, Literal
@@ -10,7 +11,7 @@ import pytest
 import hcm
 from hcm.companion import first_tap, folded, grazes, lost_energy, rescaled_settings
 from hcm.contact.law import STICK
-from hcm.error_cautions import TITLES, caution, later_taps, tap_peaks
+from hcm.error_cautions import TITLES, caution, later_taps, relative_errors, tap_peaks
 from hcm.estimate import (
     between_rows,
     companion_errors,
@@ -223,6 +224,24 @@ def test_later_taps_are_left_out_and_named() -> None:
     assert "of tap 2: a factor of 120 apart in two runs" in later_taps(three, other)[0]
     assert "tap 2: a second run has no such tap" in later_taps(peaks, peaks[:1])[0]
     assert later_taps(peaks[:1], peaks) == ()
+    other = np.array([18.0, 8.0, 7.0])  # the first tap's errors are stated
+    assert "forces 0 % apart in two runs at most" in later_taps(three, other)[0]
+
+
+def test_a_tap_that_has_not_ended_has_no_peak_and_its_end_counts() -> None:
+    taps = hcm.simulate(finger(SOFT, elements=10), SURFACE, SOFT_TIP)
+    time, force = np.array([0.0, 1.0, 2.0, 3.0, 4.0]), np.array([0.0, 5.0, 6.0, 0.0, 9.0])
+    history = replace(taps.history, time_s=time, normal_force_N=force)
+    run = replace(taps, history=history, taps=((0.0, 2.0), (3.0, math.inf)))
+    assert tap_peaks(run).tolist() == [6.0]
+
+
+def test_a_velocitys_error_is_relative_to_the_speed() -> None:
+    taps = hcm.simulate(finger(SOFT, elements=10), SURFACE, SOFT_TIP)
+    name = "tip_velocity_at_contact_m_per_s"
+    summary = replace(taps.summary, **{name: (3.0, -4.0), "normal_impulse_N_s": -2.0})
+    found = relative_errors(summary, {name: (0.05, 0.01), "normal_impulse_N_s": 0.1})
+    assert found == {name: 0.01, "normal_impulse_N_s": 0.05}
 
 
 def test_flights_as_rods_are_compared_where_they_end() -> None:

@@ -75,6 +75,8 @@ def test_ends_are_open_within_what_the_duration_is_known_to() -> None:
     assert ends(1e-9) == (near,)
     assert ends(3e-9) == (near, far)
     assert ends((near.apart_s - THRESHOLD_SHARE * 1e-6) / ERROR_FACTOR * 0.99) == ()
+    lasts = run.summary.contact_duration_s or 0.0
+    assert (len(ends(0.09 * lasts)), ends(0.11 * lasts)) == (2, ())
     assert ends(math.inf) == ()
     assert open_ends(run) == ()
 
@@ -123,6 +125,12 @@ def test_of_an_end_whose_run_fails_nothing_is_known() -> None:
     assert all(math.isinf(found.errors[name]) for name in NUMBERS)
     assert found.errors["contact_time_s"] == 1e-8
     assert "those ended as" in found.cautions[-1]
+
+
+def test_an_end_that_agrees_leaves_the_errors() -> None:
+    run = replace(fixed(estimate=False), errors=dict.fromkeys(NUMBERS, 1e-8))
+    found = with_other_ends(run, lambda _: replace(run, other_ends=()))
+    assert found.errors == run.errors
 
 
 def test_an_interrupt_leaves_no_errors() -> None:

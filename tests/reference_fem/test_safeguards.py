@@ -374,3 +374,43 @@ def test_a_run_without_samples_is_judged_by_its_forces() -> None:
         settings=rf.Settings(contact="impulse"),
     )  # fmt: skip
     assert any("in 2 steps only" in said for said in cautions.cautions(run))
+
+
+def audited(balance_J: float, kinetic_J: float = 0.0, **changes: Any) -> rf.Status | None:
+    """What the energy audit says of 2 kg that hang 0.5 m above the surface, 1e-4 m3 of 1e6 Pa."""
+    given = {"contact": "penalty", "gravity": (0.0, -9.8), **changes}
+    model = SimpleNamespace(
+        kernel=SimpleNamespace(cell_volume=np.full(4, 2.5e-5), mu=np.full(4, 1e6)),
+        mass=np.full(8, 0.125), symmetry_factor=2, surface=rf.Surface(0.5, 0.3),
+        gravity_vector=given["gravity"], step_s=1e-6,
+    )  # fmt: skip
+    settings = SimpleNamespace(contact=given["contact"], energy_tolerance=0.1)
+    taken = SimpleNamespace(finite=True, energy_balance_J=balance_J, kinetic_energy_J=kinetic_J)
+    found = guards._energy(model, settings, SimpleNamespace(step=1, time_s=0.0), taken, 0.0)  # type: ignore[arg-type]
+    return found and found[0]
+
+
+@pytest.mark.parametrize(
+    ("balance", "contact", "status"),
+    [
+        (0.11, "penalty", rf.Status.UNSTABLE),
+        (-0.11, "penalty", rf.Status.UNSTABLE),
+        (0.11, "impulse", rf.Status.UNSTABLE),
+        (-0.11, "impulse", rf.Status.ENERGY_LOST),
+        (-0.09, "impulse", None),
+    ],
+)
+def test_only_impulses_lose_energy(balance: float, contact: str, status: rf.Status | None) -> None:
+    assert audited(balance, 1.0, contact=contact) is status
+
+
+@pytest.mark.parametrize(
+    ("gravity", "scale"),
+    [((0.0, -9.8), 1e-6 * 2.0 * 9.8 * 0.5), ((0.0, 0.0), 1e-20 * 1e-4 * 1e6)],
+    ids=["weight", "strains of 1e-10"],
+)
+def test_a_body_at_rest_is_judged_by_its_weight_or_its_round_off(
+    gravity: tuple[float, float], scale: float
+) -> None:
+    assert audited(0.099 * scale, gravity=gravity) is None
+    assert audited(0.101 * scale, gravity=gravity) is rf.Status.UNSTABLE

@@ -204,6 +204,17 @@ def test_what_the_papers_comparison_varies_stands_alone(stated: str, tmp_path: P
     assert plan_of((str(path),), "hcm", "hcm-refined", "").notes == []
 
 
+def test_a_neo_hookean_scene_is_compared_without_plane_stress(tmp_path: Path) -> None:
+    """Its run failed, and with it the command."""
+    path = replaced_scene(tmp_path / "silicone.toml", "material.law=neo-hooke")
+    plan = plan_of((str(path),), "hcm", "fem3d", "")
+    models = {job.model for group in validation_jobs(plan) for job in group}
+    assert models == {"hcm", "fem3d"}
+    left_out = "plane stress (fem2d) is left out, as it has no material.law but the default"
+    assert f"silicone: {left_out}" in plan.notes
+    assert plan_of(("soft",), "hcm", "fem3d", "").notes == []
+
+
 def test_the_papers_jobs_state_what_they_rely_on(tmp_path: Path) -> None:
     """Whatever the default, and whatever the scene asks for, to the fields of the solver's call.
 

@@ -39,14 +39,8 @@ def next_touch_s(model: Model, displacement: Array, velocity: Array) -> float:
 def bent_touches(model: Model, displacement: Array, velocity: Array, within_s: float) -> bool:
     """Whether the last phalanx would reach the surface within a time, s, if it also bent.
 
-    By `swings_down` with the lowest vibration of a rod with one hinged and one free end:
-
-        ω² = (β/l)⁴ (c r)²/(1 + (β r/l)² (1 + E/(κ G))),  r = d/4,  tan β = tanh β,
-
-    l the length of a rod of the phalanx's mass, its round end d/6 shorter; c the speed of an axial
-    wave; the denominator is Timoshenko's first correction for rotary inertia and shear (2.8 to 3.1
-    for E/(κ G) of a round section, ν from 0.3 to 0.5). Bodies that are free, or not longer than
-    wide, do not bend.
+    By `swings_down` with its `bending_frequency`. Bodies that are free, or not longer than wide, do
+    not bend.
 
     displacement, velocity : (n_points, dim).
     """
@@ -56,11 +50,23 @@ def bent_touches(model: Model, displacement: Array, velocity: Array, within_s: f
         return False
     place = model.contact.touching_points(model.points.take(nodes, 0) + displacement.take(nodes, 0))
     gap = max(float(place[:, 1].min()) + model.surface.height, 0.0)
-    radius, rod, wave = 0.25 * diameter, length - diameter / 6.0, length / model.transit_s
+    rod, frequency = bending_frequency(length, diameter, length / model.transit_s)
+    return swings_down(gap, *_pole_motion(model, displacement, velocity, rod), frequency, within_s)
+
+
+def bending_frequency(length: float, diameter: float, wave: float) -> tuple[float, float]:
+    """(l, ω), m and rad/s, of the lowest vibration of a rod with one hinged and one free end.
+
+        ω² = (β/l)⁴ (c r)²/(1 + (β r/l)² (1 + E/(κ G))),  r = d/4,  tan β = tanh β,
+
+    l the length of a rod of the phalanx's mass, its round end d/6 shorter; c the speed of an axial
+    wave, m/s; the denominator is Timoshenko's first correction for rotary inertia and shear (2.8 to
+    3.1 for E/(κ G) of a round section, ν from 0.3 to 0.5).
+    """
+    radius, rod = 0.25 * diameter, length - diameter / 6.0
     square = (HINGED_FREE / rod) ** 2
     soft = 1.0 + square * radius**2 * (1.0 + SHEAR)
-    frequency = square * radius * wave / math.sqrt(soft)
-    return swings_down(gap, *_pole_motion(model, displacement, velocity, rod), frequency, within_s)
+    return rod, square * radius * wave / math.sqrt(soft)
 
 
 def swings_down(

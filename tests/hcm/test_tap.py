@@ -14,6 +14,7 @@ from hcm.model import RigidStart, rigid_motion
 from hcm.next_touch import bent_touches, next_touch_s, swings_down
 from hcm.result import Event
 from hcm.tap import TapEndRule, taps_of
+from reference_fem.dynamics.next_touch import bending_frequency
 
 TOUCHES = [
     Event(time, kind)
@@ -119,6 +120,18 @@ def lowest_mode(chain: Chain, phalanx: hcm.Phalanx) -> tuple[float, Floats]:
         first = int(chain.first[e])
         found[[first + 1, first + 3, first + 5, first + 7]] = mode[2 * e : 2 * e + 4]
     return math.sqrt(squares[1]), found
+
+
+@pytest.mark.parametrize("length", [0.2, 0.1, 0.06])
+def test_the_reference_knows_the_same_lowest_vibration(length: float) -> None:
+    """Of a hinged phalanx with a half-ball, to 0.4 % from four diameters on."""
+    phalanx = hcm.Phalanx(length, 0.015, 1e9, 1400.0, 20, poisson_ratio=0.3)
+    finger, refined, still = hcm.Finger((phalanx,)), hcm.Assumptions("refined"), hcm.Drive()
+    chain = refine_chain(build_chain(beams_of(finger, refined), still)[0], finger, still, refined)
+    frequency, _ = lowest_mode(chain, phalanx)
+    rod, found = bending_frequency(length, 0.015, math.sqrt(1e9 / 1400.0))
+    assert rod == length - 0.0025
+    assert found == pytest.approx(frequency, rel=5e-3)
 
 
 @pytest.mark.parametrize("rate", [-1.0, 1.0])

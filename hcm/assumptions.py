@@ -46,15 +46,15 @@ class Assumptions:
     tip_compliance: bool | None = None
     """The tip is elastic between the beam's end and the patch."""
     deforming_tip: bool | None = None
-    """The tip's compliance includes finite strain (St. Venant-Kirchhoff), by which friction softens
-    the patch, and its parts' inertia."""
+    """The tip's compliance includes finite strain by the material's law, and its parts' inertia. By
+    St. Venant-Kirchhoff's law friction softens the patch."""
     growing_patch: bool | None = None
-    """The tip's compliance grows with the radius of the patch."""
+    """The tip's compliance grows with the radius of the patch (not by the neo-Hookean law)."""
     radiating_tip: bool | None = None
     """F_n has a part -D k^2 g. by the speed of approach: waves carry energy away from the patch."""
     cauchy_stress: bool | None = None
-    """The stress at R is Cauchy's at finite strain (St. Venant-Kirchhoff), as the finite elements
-    read it, instead of E times the strain."""
+    """The stress at R is Cauchy's at finite strain, as the finite elements read it, instead of E
+    times the strain."""
     whole_tap: bool | None = None
     """A touch that soon follows a separation belongs to the same tap (`hcm.tap`)."""
 

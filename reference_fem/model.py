@@ -228,10 +228,9 @@ def _formulation(dim: int, element: str | None, law: MaterialLaw) -> Callable[..
         )
     found = ELEMENTS[dim].get((name, law))
     if found is None:
-        having = [
-            f"{name} ({dim}D)" for dim in ELEMENTS for name, own in ELEMENTS[dim] if own == law
-        ]
-        raise ValueError(f"law = {law!r}: {name} elements have none; {', '.join(having)} have")
+        known = " or ".join(repr(own) for other, own in ELEMENTS[dim] if other == name)
+        remedy = "use fem3d" if dim == 2 else "leave solver.fem.element out"
+        raise ValueError(f"material.law = {law!r}: {name} elements have only {known}; {remedy}")
     return found
 
 

@@ -118,7 +118,7 @@ def check_materials(materials: Sequence[Material], phalanges: int) -> None:
             f"materials: {len(materials)} given for {phalanges} phalanges; give one per phalanx"
         )
     if len({material.law for material in materials}) > 1:
-        raise ValueError(f"law = {[m.law for m in materials]}: all phalanges must have the same")
+        raise ValueError(f"law = {[m.law for m in materials]}: must be one for all phalanges")
 
 
 @dataclass(frozen=True)

@@ -81,12 +81,12 @@ class LevelRuns:
             mesh = solid_mesh.build_mesh(tables, self._dimension)
             light = solid_mesh.flight_mesh(tables, self._dimension)
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
+            given = mesh, materials, surface, drive, replace(settings, estimate=False)
+            result = unless_interrupted(
+                reference_fem.simulate(*given, start=self._start, flight_mesh=light)
+            )
         except ValueError as error:
             raise UserError(f"scene {self.scene.name}: {error}") from error
-        given = mesh, materials, surface, drive, replace(settings, estimate=False)
-        result = unless_interrupted(
-            reference_fem.simulate(*given, start=self._start, flight_mesh=light)
-        )
         if result.status is not reference_fem.Status.COMPLETED:
             raise RunFailedError(f"scene {self.scene.name}: {result.message}")
         values: Values = {key: plain(getattr(result.summary, key)) for key in KEPT}

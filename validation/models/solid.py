@@ -137,7 +137,7 @@ class Solid(Adapter):
         record = to_record(result, scene, self.name, solid_inputs.variant(tables))
         returns = RETURNS.format(tables.tip.restitution) if tables.tip.restitution < 1.0 else ""
         sudden = sudden_torques(tables, record.summary)
-        times = {"mesh_time_s": mesh_time, "estimate_time_s": max(estimate_time, 0.0)}
+        times = dict(zip(solid_accuracy.SPENT, (mesh_time, max(estimate_time, 0.0)), strict=True))
         record = replace(
             record,
             message="; ".join(filter(None, (record.message, returns, sudden))),

@@ -15,7 +15,13 @@ from validation.harness.provenance import provenance
 from validation.harness.record import RunRecord
 from validation.models.adapter import Outcome, shown
 from validation.models.solid_inputs import Dimension
-from validation.models.solid_mesh import coarse_flight_s, rod_flight, sizes_of
+from validation.models.solid_mesh import (
+    coarse_flight_s,
+    coarser_sizes,
+    rod_flight,
+    sizes_of,
+    sizing_of,
+)
 from validation.models.solid_relaxing import relaxes_near_the_touch
 from validation.scenes.load import NamedScene, changed_scene
 from validation.scenes.scene import Scene
@@ -24,10 +30,9 @@ from validation.scenes.scene import Scene
 # taps held to 1e-2 half state that they keep it on this mesh, all on the second, in 0.43 of the
 # time that the mesh for 1e-2 and its repeats took (0.54 with 1, 0.71 with 0.5).
 FIRST_TARGET_SHARE = 0.7
-# The loosest accuracy that the first mesh is sized for. Looser ones leave so few elements that the
-# companion, which states the errors, has to be finer: of six taps held to 0.03 to 0.1 the loose
-# mesh took 1 to 33 s in all (soft 6.8 s, of which its solve is 0.2), this one 0.5 to 9 (soft 0.6).
-LOOSEST_TARGET = 0.014
+# Accuracies above this are asked whether their mesh has so few elements that the companion, which
+# states the errors, has to be finer: it takes up to a hundred times the run.
+LOOSE = 0.01
 # Factor by which each further mesh lowers the target, least and most (unless the finest mesh known
 # is next), and how many meshes. A smaller factor is lost in the errors' scatter; at most 3 instead
 # of 4 takes 0.8 of the work, at least 1.5 instead of 2 takes 0.7 of it.
@@ -36,6 +41,8 @@ LEAST_FACTOR, MOST_FACTOR, SOLVES = 1.5, 3.0, 3
 REMAINING_SHARE = 0.5
 # Longest solve time of a flight that was not asked for, from the count of its element updates.
 LONGEST_FLIGHT_S = 60.0
+SPENT = ("mesh_time_s", "estimate_time_s")
+"""Statistics of a run that add up over its solves: beside them, s."""
 FLIGHT_REASON = "a rigid one leaves out {} of the tap"
 FINER_ENDS = "on a finer mesh the run ends as {}"
 
@@ -60,17 +67,15 @@ def solved_within(
     try:  # with the accuracy as stated, before asking for a share of it
         sizes_of(scene.tables)
         left_out, flight = _flight_override(scene.tables, dimension, wanted)
+        once = fem.estimate is False or fem.mesh is not None
+        first = wanted if once else _first_target(scene, dimension, wanted)
     except ValueError as error:
         raise UserError(f"scene {scene.name}: {error}") from error
-    once = fem.estimate is False or fem.mesh is not None
 
     def attempt(target: float) -> Outcome:
         asked = [] if once else [f"solver.fem.accuracy={target:.3g}"]
         return solve(changed_scene(scene.name, scene.document, [*asked, *flight], scene.name))
 
-    # a further mesh is judged by one of as different edges as there may be
-    first = min(FIRST_TARGET_SHARE * wanted, LOOSEST_TARGET)
-    first = max(first, MOST_FACTOR * reference_fem.SMALLEST)
     try:
         run = attempt(first)
     except UserError:
@@ -99,6 +104,9 @@ def solved_within(
     kept = runs[number]
     time = sum(run.record.summary["wall_time_s"] for run in runs)
     record = kept.record.with_summary(wall_time_s=time)
+    spent = {
+        name: sum(float(run.record.statistics.get(name) or 0.0) for run in runs) for name in SPENT
+    }
     choices = list(record.accuracy["choices"])
     if not once:
         choices.append(_chosen_mesh(runs, targets[number]))
@@ -108,10 +116,31 @@ def solved_within(
         choices = [c | {"reason": flown} if c["setting"] == "flight" else c for c in choices]
     record = replace(
         record,
+        statistics={**record.statistics, **spent},
         accuracy={**record.accuracy, "wanted": wanted, "choices": choices},
         provenance=provenance(scene.document),
     )
     return replace(kept, record=_with_caution(record, wanted, finer))
+
+
+def _first_target(scene: NamedScene, dimension: Dimension, wanted: float) -> float:
+    """What to size the first mesh for: a share of the wanted error or, where that is loose, the
+    largest whose mesh has a coarser companion, if there is one.
+
+    Raises ValueError: the scene states sizes that no mesh has.
+    """
+    # a further mesh is judged by one of as different edges as there may be
+    least = MOST_FACTOR * reference_fem.SMALLEST
+    first = target = max(FIRST_TARGET_SHARE * wanted, least)
+    while wanted > LOOSE:
+        keys = [f"solver.fem.accuracy={target:.3g}"]
+        tables = changed_scene(scene.name, scene.document, keys, scene.name).tables
+        if coarser_sizes(tables, dimension, sizing_of(tables, dimension)[0]) is not None:
+            return target
+        if target == least:
+            break
+        target = max(target / LEAST_FACTOR, least)
+    return first
 
 
 def _next_target(run: Outcome, target: float, wanted: float) -> float:

@@ -78,14 +78,30 @@ def companion(
 ) -> meshes.FingerMesh | None:
     """The companion mesh of a run on `build_mesh`: see `reference_fem.estimate`.
 
-    Its edges are `COARSER` times as long. If the run has at most `FEW` elements and that would
-    leave more than half of them, it is finer, with 2^dimension times as many. A mesh file has no
-    companion.
+    Its edges are `COARSER` times as long or, if there is no such mesh (`coarser_sizes`), it has
+    2^dimension times as many elements. A mesh file has no companion.
     """
     import meshes
 
     if sizing is None:
         return None
+    other = coarser_sizes(tables, dimension, sizing)
+    if other is None:
+        geometry, other = finger_geometry(tables), sizing
+        own = meshes.count_elements(geometry, sizing, dimension)
+        while meshes.count_elements(geometry, other, dimension) < 2**dimension * own:
+            other = other.coarser(FINER)
+    return _mesh(tables, dimension, other)
+
+
+def coarser_sizes(
+    tables: Scene, dimension: Dimension, sizing: meshes.Sizing
+) -> meshes.Sizing | None:
+    """Edges `COARSER` times as long; None if there are at most `FEW` elements, and that would leave
+    more than half of them.
+    """
+    import meshes
+
     geometry = finger_geometry(tables)
     other = sizing.coarser(COARSER)
     other = replace(
@@ -95,11 +111,7 @@ def companion(
         tip_size=min(other.tip_size, *geometry.diameters),
     )
     own, its = (meshes.count_elements(geometry, s, dimension) for s in (sizing, other))
-    if own <= FEW and 2 * its > own:
-        other = sizing
-        while meshes.count_elements(geometry, other, dimension) < 2**dimension * own:
-            other = other.coarser(FINER)
-    return _mesh(tables, dimension, other)
+    return None if own <= FEW and 2 * its > own else other
 
 
 def flight_mesh(tables: Scene, dimension: Dimension) -> Any:

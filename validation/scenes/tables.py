@@ -97,8 +97,9 @@ class MaterialTable(Table):
     """tau of Kelvin-Voigt damping, stress by the strain + tau times its rate; 0: none. Left out:
     none, but that solids held to an accuracy have one near the touch where the tip slides."""
     law: Literal["saint-venant-kirchhoff", "neo-hooke"] = "saint-venant-kirchhoff"
-    """Stress at finite strain, for fem3d and the tip of the refined reduced model. Crushed, St.
-    Venant-Kirchhoff's law softens; a neo-Hookean body, such as a silicone, stiffens."""
+    """Stress at finite strain, for fem3d and the tip of the refined reduced model; fem2d has the
+    default alone, the paper's model none. Crushed, St. Venant-Kirchhoff's law softens; a
+    neo-Hookean body, such as a silicone, stiffens."""
 
 
 class SurfaceTable(Table):

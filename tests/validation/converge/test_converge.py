@@ -31,7 +31,7 @@ from validation.converge.refinements import (
 from validation.converge.verdicts import RefinedRuns, cautions, preset_rows, verdict_rows
 from validation.errors import UserError
 from validation.harness.quantities import OF_A_TAP
-from validation.harness.store import VALUES
+from validation.harness.store import VALUES, Store
 from validation.models import solid_inputs
 from validation.models.solid_mesh import sizing_of
 from validation.scenes.load import load_scene
@@ -218,6 +218,14 @@ def test_a_number_of_a_contact_law_is_refused(given: str) -> None:
     said = given.replace("=", " = ") + ": a convergence study sets contact laws and their numbers"
     with pytest.raises(UserError, match=said):
         LevelRuns("soft", texts, "fem2d", asking({})[0])
+
+
+@pytest.mark.parametrize("given", ["material.law=neo-hooke", "solver.fem.element=hex8-one-point"])
+def test_what_plane_elements_lack_is_refused(given: str, tmp_path: Path) -> None:
+    """It ended in a traceback: the model is built as the tap begins."""
+    runs = LevelRuns("soft", [given], "fem2d", Store(tmp_path / "store"))
+    with pytest.raises(UserError, match=r"scene soft: .*quad4-plane-stress"):
+        runs.run({"solver.fem.preset": "fast", "solver.fem.contact": "impulse"})
 
 
 @pytest.mark.slow

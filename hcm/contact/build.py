@@ -209,11 +209,8 @@ def _growth(last: Phalanx, assumptions: Assumptions) -> float:
     """s, 1/m: s d^2 = growth (a/R) F_n/(E R) with Hertz's F_n and a^2 = R d."""
     if not assumptions.has("growing_patch"):
         return 0.0
-    return (
-        8
-        * FINITE_STRAIN[last.material_law].growth
-        / (3 * (1 - (last.poisson_ratio or 0.0) ** 2) * last.diameter)
-    )
+    growth, nu = FINITE_STRAIN[last.material_law].growth, last.poisson_ratio or 0.0
+    return 8 * growth / (3 * (1 - nu**2) * last.diameter)
 
 
 def _radiation(last: Phalanx, assumptions: Assumptions) -> float:

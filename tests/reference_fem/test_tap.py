@@ -349,6 +349,7 @@ def test_bad_values_are_refused(make: Any, text: str) -> None:
 
 
 MOST = numba.config.NUMBA_NUM_THREADS
+SILICONE = dataclasses.replace(SOFT[0], law="neo-hooke")
 
 
 @pytest.mark.parametrize(
@@ -356,6 +357,11 @@ MOST = numba.config.NUMBA_NUM_THREADS
     [
         ({"drive": rf.Drive((1.0, 2.0))}, "2 values for 3"),
         ({"materials": SOFT[:2]}, "materials: 2 given for 3"),
+        ({"materials": (*SOFT[:2], SILICONE)}, "must be one for all phalanges"),
+        (
+            {"materials": (SILICONE,) * 3},
+            r"material\.law = 'neo-hooke': quad4-plane-stress .*fem3d",
+        ),
         ({"surface": rf.Surface(0.005, 0.5)}, r"height = 0\.005.*cuts"),
         ({"element": "hex8-sri"}, "element = 'hex8-sri'"),
         ({"threads": MOST + 1}, f"threads = {MOST + 1}"),

@@ -648,6 +648,8 @@ def test_a_coarse_flight_takes_the_steps_of_its_shortest_edge_and_fastest_wave()
     steps = 0.3 / (0.5 * 0.002 / math.sqrt(4e9 / 1000.0))
     found = solid_mesh.coarse_flight_s(tables, 2, 0.3)
     assert found == pytest.approx(steps * count / UPDATES_PER_S, rel=1e-12)
+    silicone = load_scene("soft", [*finger, *stiff, "material.law=neo-hooke"]).tables
+    assert solid_mesh.coarse_flight_s(silicone, 2, 0.3) == pytest.approx(2 * found, rel=1e-12)
 
 
 @pytest.mark.parametrize("dimension", [2, 3])

@@ -72,6 +72,27 @@ class Scene:
             )
 
 
+def check_scene(finger: Finger, surface: Surface, drive: Drive) -> None:
+    """Check what no single object can: parts that must fit each other.
+
+    Raises ParameterError: the number of torques is not the number of phalanges, or the surface is
+        out of reach.
+    """
+    rows = (drive.torques,) if drive.table is None else drive.table.values
+    for row in rows:
+        if len(row) != len(finger.phalanges) and (row or drive.table is not None):
+            none = ", or none" if drive.table is None else ""
+            raise ParameterError(
+                f"torques has {len(row)} values: must be one per phalanx"
+                f" ({len(finger.phalanges)}){none}"
+            )
+    if surface.height >= finger.length:
+        raise ParameterError(
+            f"height = {surface.height!r}: must be below the finger's length {finger.length:g} m,"
+            " or the tip never reaches the surface"
+        )
+
+
 def rods_state(finger: Finger, start: RigidStart | None) -> tuple[Floats, float]:
     """Angles and rates (2 P,) that a run starts with, and their time, s.
 

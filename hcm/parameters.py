@@ -280,24 +280,3 @@ class Settings:
         for earlier, time in pairwise(self.frame_times):
             if time < earlier:
                 raise ParameterError(f"frame_times = {time!r}: must be in rising order")
-
-
-def check_scene(finger: Finger, surface: Surface, drive: Drive) -> None:
-    """Check what no single object can: parts that must fit each other.
-
-    Raises ParameterError: the number of torques is not the number of phalanges, or the surface is
-        out of reach.
-    """
-    rows = (drive.torques,) if drive.table is None else drive.table.values
-    for row in rows:
-        if len(row) != len(finger.phalanges) and (row or drive.table is not None):
-            none = ", or none" if drive.table is None else ""
-            raise ParameterError(
-                f"torques has {len(row)} values: must be one per phalanx"
-                f" ({len(finger.phalanges)}){none}"
-            )
-    if surface.height >= finger.length:
-        raise ParameterError(
-            f"height = {surface.height!r}: must be below the finger's length {finger.length:g} m,"
-            " or the tip never reaches the surface"
-        )

@@ -20,7 +20,8 @@ from hcm.beam.drive import Piece, piece_at, set_drive, torques_on_nodes
 from hcm.beam.minimal_coordinates import Coordinates, expand, minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TO_RESTITUTION, event_values, transition
 from hcm.contact.law import FLIGHT, FREE, IN_FLIGHT, ContactLaw, ContactState, contact_law
-from hcm.parameters import Drive, Finger, Surface, Tip, check_scene
+from hcm.model import check_scene
+from hcm.parameters import Drive, Finger, Surface, Tip
 from hcm.result import EVENT_KINDS, Event
 
 Slots = tuple[float, float, float, float]

@@ -16,10 +16,10 @@ from hcm.contact.build import beyond_checks
 from hcm.estimate import estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
-from hcm.model import Model, RigidStart, Scene, build_model, rods_state, until_touch
+from hcm.model import Model, RigidStart, Scene, build_model, check_scene, rods_state, until_touch
 from hcm.next_touch import bent_touches, next_touch_s
 from hcm.other_ends import with_other_ends
-from hcm.parameters import Drive, Finger, Settings, Surface, Tip, check_scene
+from hcm.parameters import Drive, Finger, Settings, Surface, Tip
 from hcm.posture import Postures, node_places
 from hcm.resolution import judge_steps
 from hcm.result import History, Statistics, Summary, TapResult, history_of

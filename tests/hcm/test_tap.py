@@ -82,9 +82,7 @@ def test_a_bent_phalanx_touches_as_its_lowest_vibration_brings_it_back(
     known : the time of the touch is known to this share.
     """
     phalanx = hcm.Phalanx(0.2 if slender else 0.06, 0.015, 1e9, 1400.0, 20, poisson_ratio=0.4)
-    finger = hcm.Finger((phalanx,))
-    beams = beams_of(finger, refined)
-    chain = refine_chain(build_chain(beams, hcm.Drive())[0], finger, hcm.Drive(), refined)
+    beams, chain = refined_beams(phalanx, refined)
     frequency, shape = lowest_mode(chain, phalanx)
     tip, speed = 1e-4, 0.1 * frequency * 1e-4
     q, v = rigid_motion(beams, chain, RigidStart((0.0,), (-speed / phalanx.length,), 0.0))
@@ -102,6 +100,13 @@ def test_a_bent_phalanx_touches_as_its_lowest_vibration_brings_it_back(
     for within, touches in (((1 - known) * expected, False), ((1 + known) * expected, True)):
         assert bent_touches(q, v, chain, height, phalanx, within) == touches
     assert next_touch_s(q, v, chain, height) == math.inf or rate < 0.0
+
+
+def refined_beams(phalanx: hcm.Phalanx, refined: hcm.Assumptions) -> tuple[hcm.Finger, Chain]:
+    """A phalanx's beams, and their chain."""
+    finger, drive = hcm.Finger((phalanx,)), hcm.Drive()
+    beams = beams_of(finger, refined)
+    return beams, refine_chain(build_chain(beams, drive)[0], finger, drive, refined)
 
 
 def lowest_mode(chain: Chain, phalanx: hcm.Phalanx) -> tuple[float, Floats]:
@@ -126,8 +131,7 @@ def lowest_mode(chain: Chain, phalanx: hcm.Phalanx) -> tuple[float, Floats]:
 def test_the_reference_knows_the_same_lowest_vibration(length: float) -> None:
     """Of a hinged phalanx with a half-ball, to 0.4 % from four diameters on."""
     phalanx = hcm.Phalanx(length, 0.015, 1e9, 1400.0, 20, poisson_ratio=0.3)
-    finger, refined, still = hcm.Finger((phalanx,)), hcm.Assumptions("refined"), hcm.Drive()
-    chain = refine_chain(build_chain(beams_of(finger, refined), still)[0], finger, still, refined)
+    _, chain = refined_beams(phalanx, hcm.Assumptions("refined"))
     frequency, _ = lowest_mode(chain, phalanx)
     rod, found = bending_frequency(length, 0.015, math.sqrt(1e9 / 1400.0))
     assert rod == length - 0.0025

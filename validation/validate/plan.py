@@ -62,6 +62,11 @@ class Plan:
     data: Mapping[str, Reference] = field(default_factory=dict)
     tolerances: Mapping[str, float] = field(default_factory=dict)
 
+    @cached_property
+    def tables(self) -> Mapping[str, Scene]:
+        """The scenes' tables, by name."""
+        return {name: load_scene(source).tables for name, source in self.scenes.items()}
+
     @property
     def leads_to_refined(self) -> bool:
         """Whether both reduced models, the paper's and the refined one, are compared."""
@@ -74,14 +79,14 @@ class Plan:
         noted += [
             f"{scene}: what hertz and partial_slip are worth is left out, as a contact without them"
             " has a spring and the scene no tip.normal_stiffness"
-            for scene, source in self.scenes.items()
-            if REFINED in self.models and load_scene(source).tables.tip.normal_stiffness is None
+            for scene, tables in self.tables.items()
+            if REFINED in self.models and tables.tip.normal_stiffness is None
         ]
         noted += [
             f"{scene}: plane stress ({PLANE.model}) is left out, as it has no material.law but the"
             " default"
-            for scene, source in self.scenes.items()
-            if self.in_full and not _has_plane(load_scene(source).tables)
+            for scene, tables in self.tables.items()
+            if self.in_full and not _has_plane(tables)
         ]
         return noted + [
             f"the paper's comparison, over several meshes, is left out: {scene} states {key}"
@@ -91,8 +96,8 @@ class Plan:
     @cached_property
     def decided(self) -> Mapping[str, str]:
         """Scenes that state a key which the paper's comparison varies, with the first such key."""
-        asked = self.scenes.items() if self._asked_in_full else ()
-        keys = ((name, decisive_keys(load_scene(source).tables)) for name, source in asked)
+        asked = self.tables.items() if self._asked_in_full else ()
+        keys = ((name, decisive_keys(tables)) for name, tables in asked)
         return {name: found[0] for name, found in keys if found}
 
     @property

@@ -95,17 +95,10 @@ class HalfBall:
         rate = 0.5 * (rate + rate.swapaxes(-1, -2))
         pressed = stress(strain)
         np.add.at(out, self.places, np.einsum("eq,eqij,eqdij->ed", self.weight, pressed, rate))
-        tangent = self.product(stress(rate), rate)
+        tangent = product(self.weight, stress(rate), rate)
         if finite:
-            tangent += self.product(self.gradient @ pressed[:, :, None], self.gradient)
+            tangent += product(self.weight, self.gradient @ pressed[:, :, None], self.gradient)
         return out, assembled(tangent, self.places, u.size)
-
-    def product(self, left: Numbers, right: Numbers) -> Numbers:
-        """(elements, 18, 18) integrals of the double contraction of two fields of gradients."""
-        weighed = (self.weight[:, :, None, None, None] * left).swapaxes(1, 2)
-        count = len(left)
-        other = right.swapaxes(1, 2).reshape(count, 18, -1)
-        return np.asarray(weighed.reshape(count, 18, -1) @ other.swapaxes(1, 2))
 
     def press(self, depths: Numbers, law: MaterialLaw | None, stiffness: float = 1000.0) -> Numbers:
         """(force, approach less the springs' own) of each depth of a plane with stiff springs."""
@@ -138,6 +131,14 @@ def quadratic(x: Numbers) -> tuple[Numbers, Numbers]:
     )
 
 
+def product(weight: Numbers, left: Numbers, right: Numbers) -> Numbers:
+    """(e, d, d) integrals of the double contraction of two fields of gradients (e, q, d, 3, 3)."""
+    count, _, unknowns = left.shape[:3]
+    weighed = (weight[..., None, None, None] * left).swapaxes(1, 2).reshape(count, unknowns, -1)
+    other = right.swapaxes(1, 2).reshape(count, unknowns, -1)
+    return np.asarray(weighed @ other.swapaxes(1, 2))
+
+
 def neo_hooke(
     full: Numbers, gradient: Numbers, weight: Numbers, pressure: Numbers, mu: float
 ) -> tuple[Numbers, Numbers, Numbers]:
@@ -154,10 +155,7 @@ def neo_hooke(
     turned = cof[:, :, None] @ gradient.swapaxes(-1, -2) @ cof[:, :, None]
     rate = mu * gradient - (share / det)[..., None, None, None] * turned
     rate += ((share / det + mu / det**2)[..., None] * swell)[..., None, None] * cof[:, :, None]
-    count, _, unknowns = swell.shape
-    left = (weight[..., None, None, None] * rate).swapaxes(1, 2).reshape(count, unknowns, -1)
-    right = gradient.swapaxes(1, 2).reshape(count, unknowns, -1)
-    return out, left @ right.swapaxes(1, 2), swell
+    return out, product(weight, rate, gradient), swell
 
 
 def assembled(blocks: Numbers, places: Any, n: int) -> Any:

@@ -68,13 +68,13 @@ class SlidingBall:
         finite = law is not None
         lam, mu = self.nu / ((1 + self.nu) * (1 - 2 * self.nu)), 0.5 / (1 + self.nu)
         turned = np.einsum("eai,eqaj->eqij", u.reshape(-1, 3)[self.cells], self.gradient)
+        volume = self.weight.sum(axis=1)
+        if law == NEO_HOOKE:
+            return self._neo_hookean(np.eye(3) + turned, volume, lam, mu)
         strain = 0.5 * (turned + turned.swapaxes(-1, -2))
         full = np.broadcast_to(np.eye(3), turned.shape)
         if finite:
             strain, full = strain + 0.5 * turned.swapaxes(-1, -2) @ turned, np.eye(3) + turned
-        volume = self.weight.sum(axis=1)
-        if law == NEO_HOOKE:
-            return self._neo_hookean(np.eye(3) + turned, volume, lam, mu)
         mean = np.einsum("eq,eqii->e", self.weight, strain) / volume
         stress = 2 * mu * strain + lam * mean[:, None, None, None] * np.eye(3)
         rate = np.einsum("eqki,eqaj->eqakij", full, self.gradient)

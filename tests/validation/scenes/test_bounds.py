@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import hcm
-from hcm.parameters import check_scene
+from hcm.model import check_scene
 from hcm.workload import check_size
 from validation.errors import UserError
 from validation.models import solid_inputs

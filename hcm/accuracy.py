@@ -33,9 +33,11 @@ COMPANION_ERROR_RATIO, SAFETY = 3.0, 1.5
 # Factor on the step of a flight that does not follow its vibration: with equal steps both runs have
 # it in the same wrong phase, and a tap that fades out, 1 % too short, would seem known to 0.03 %.
 OTHER_PHASE = 0.8
-# A tip may come back if it leaves at less than GRAZE_OVER times the accuracy, at most MOST_GRAZED,
-# of its approach speed: at 1e-2 one left at 0.024 in both runs, and its tap lasts twice as long.
-GRAZE_OVER, MOST_GRAZED = 3.0, 0.05
+# A tap may end otherwise if it grazes (`hcm.companion`) by less than GRAZE_OVER times the run's own
+# accuracy, at most MOST_GRAZED: at 1e-2 one left at 0.037 of its approach speed in both runs though
+# it lasts twice as long, at 1e-3 one pushed on with 0.0013 of its peak though it leaves.
+# MOST_AGAIN : how often such a tap is solved again.
+GRAZE_OVER, MOST_GRAZED, MOST_AGAIN = 10.0, 0.05, 2
 ACCURACY_QUANTITIES = (
     "peak_normal_force_N",
     "normal_impulse_N_s",
@@ -56,14 +58,24 @@ class _Attempt:
     """A run and what its coarser run says of it.
 
     expected : largest expected relative error; None if none is estimated
-    chance : whether the tap may end otherwise by chance; it may come back if `may_go_on`
+    folds : whether the finger folds up. several : whether the rule that ends taps left other ends
+    open: a change due to these is not a lack of repeatability
     """
 
     chosen: Chosen
     result: TapResult
     expected: float | None = None
-    chance: bool = False
-    may_go_on: bool = False
+    folds: bool = False
+    several: bool = False
+
+    def grazes(self, share: float = GRAZE) -> bool:
+        """Whether the tap may end otherwise by chance, as it grazes by less than `share`."""
+        return not self.several and grazes(self.result, share)
+
+    @property
+    def chance(self) -> bool:
+        """Whether two runs may agree on the tap by chance."""
+        return not self.several and (self.folds or grazes(self.result))
 
 
 def simulate_within(
@@ -76,31 +88,35 @@ def simulate_within(
 
     A run that touches but whose energy audit does not close is solved again, for an accuracy 9
     times smaller. If errors are estimated, so is a run whose expected error exceeds the accuracy or
-    whose tap may end by chance, for an accuracy 3 to 9 times smaller. wall_time_s is that of both
-    runs. If the second needs more steps or memory than is allowed, the first is kept.
+    whose tap may end by chance, for an accuracy 3 to 9 times smaller; a tap that may still end
+    otherwise, once more. wall_time_s is that of all runs. If one of these needs more steps or
+    memory than is allowed, the one before it is kept.
     """
     began, choices = time.perf_counter(), tuple[Choice, ...]()
     chosen = settings_for(accuracy, scene, stated)
     spent = time.perf_counter() - began
-    kept = _attempt(chosen, accuracy, progress)
+    kept, target = _attempt(chosen, accuracy, progress), accuracy
     spent += kept.result.statistics.wall_time_s
-    target, reason = _finer(kept, accuracy)
-    if reason:
+    for _ in range(MOST_AGAIN):
+        target, reason = _finer(kept, accuracy, target)
+        if not reason:
+            break
         began = time.perf_counter()
         chosen = choose(target, scene, stated)
         spent += time.perf_counter() - began
-    if chosen.scene != kept.chosen.scene:  # equal if all that matters is stated
+        if chosen.scene == kept.chosen.scene:  # all that matters is stated
+            break
         beyond = f"a finer run takes more than max_steps = {scene.settings.max_steps} steps"
         try:
-            second = _attempt(chosen, accuracy, progress)
-            spent += second.result.statistics.wall_time_s
+            finer = _attempt(chosen, accuracy, progress)
+            spent += finer.result.statistics.wall_time_s
         except ParameterError as refusal:  # the run is too large
-            second, beyond = None, f"no finer run: {refusal}"
-        if second is None or second.result.status is Status.WORK_LIMIT:
+            finer, beyond = None, f"no finer run: {refusal}"
+        if finer is None or finer.result.status is Status.WORK_LIMIT:
             cautions = (*kept.result.cautions, beyond)
             kept = replace(kept, result=replace(kept.result, cautions=cautions))
-        else:
-            kept, choices = second, (Choice("accuracy", target, f"solved again: {reason}"),)
+            break
+        kept, choices = finer, (Choice("accuracy", target, f"solved again: {reason}"),)
     result, expected = kept.result, kept.expected
     if expected is not None and expected > accuracy:
         if kept.chance and expected > CAUTION_ERROR:
@@ -137,25 +153,29 @@ def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Att
         return _Attempt(chosen, result)
     if several:
         expected = max(expected, _bound(result))
-    # a change due to another end of the tap is not a lack of repeatability
-    chance = not several and (folded(result, chosen.scene.finger.length) or grazes(result))
-    may_go_on = grazes(result, max(GRAZE, min(GRAZE_OVER * accuracy, MOST_GRAZED)))
-    return _Attempt(chosen, result, expected, chance, may_go_on)
+    return _Attempt(chosen, result, expected, folded(result, chosen.scene.finger.length), several)
 
 
-def _finer(run: _Attempt, accuracy: float) -> tuple[float, str]:
-    """The accuracy for which a run is solved again, and why; no reason if it is not."""
+def _finer(run: _Attempt, accuracy: float, target: float) -> tuple[float, str]:
+    """The accuracy for which a run is solved again, and why; no reason if it is not.
+
+    accuracy : wanted. target : for which the run was made, smaller if it was one again.
+    """
     most, expected = COMPANION_ERROR_RATIO**2, run.expected
-    if _touched(run.result) and run.result.status is Status.UNBALANCED:
-        return accuracy / most, "the energy audit of the first run did not close"
-    doubtful = run.chance or run.may_go_on
-    if expected is None or (expected <= accuracy and not doubtful):
-        return accuracy, ""
-    smaller = min(max(expected / accuracy, COMPANION_ERROR_RATIO), most)
-    reason = "the finger folds up, or its tap barely ends" if doubtful else (
-        f"the first run's estimate was {expected:.2g}"
-    )  # fmt: skip
-    return accuracy / smaller, reason
+    first, barely = target == accuracy, "the finger folds up, or its tap barely ends"
+    if first and _touched(run.result) and run.result.status is Status.UNBALANCED:
+        return target / most, "the energy audit of the first run did not close"
+    if expected is None:
+        return target, ""
+    if run.grazes(min(GRAZE_OVER * target, MOST_GRAZED)):
+        return target / most, barely
+    if not first:  # a coarser run with another tap: whose it is a third run says
+        apart = expected > max(accuracy, CAUTION_ERROR) and run.grazes(MOST_GRAZED)
+        return target / most, barely * (apart and not run.folds)
+    if expected <= accuracy and not run.chance:
+        return target, ""
+    reason = barely if run.chance else f"the first run's estimate was {expected:.2g}"
+    return target / min(max(expected / accuracy, COMPANION_ERROR_RATIO), most), reason
 
 
 def _bound(result: TapResult) -> float:

@@ -105,8 +105,9 @@ class Chosen:
 def check_accuracy(accuracy: float) -> None:
     """Raise `ParameterError` if no settings are known for so small or large an accuracy."""
     if not Bound(at_least=SMALLEST, at_most=LARGEST).holds(accuracy):
+        given = f"a {type(accuracy).__name__}" if isinstance(accuracy, Scene) else repr(accuracy)
         raise ParameterError(
-            f"accuracy = {accuracy!r}: must be {SMALLEST:g} to {LARGEST:g}, the largest relative"
+            f"accuracy = {given}: must be {SMALLEST:g} to {LARGEST:g}, the largest relative"
             " error wanted"
         )
 

@@ -45,8 +45,8 @@ _ADVICE = {
     " solver.hcm.contact_step, or let solver.hcm.contact_tolerance control"
     " the steps (1e-11 does by default)",
     Status.UNREPEATABLE: "the finger folds up and multiplies every error, or its tap barely ends:"
-    " try smaller solver.hcm.flight_tolerance and solver.hcm.contact_tolerance, or reduce"
-    " drive.torques or the flight (surface.height)",
+    " reduce solver.accuracy or, if that is not set, solver.hcm.flight_tolerance and"
+    " solver.hcm.contact_tolerance, or reduce drive.torques or the flight (surface.height)",
     Status.TOO_FLEXIBLE: "set solver.hcm.flight to 'elastic': the finger's bending on its way to"
     " the surface matters",
     Status.LOSES_HOLD: "friction moves the yielding tip further than so small a restitution"

@@ -82,10 +82,21 @@ def check_fields(owner: Any, error: type[ValueError] = ValueError) -> None:
         named = {f"{key}[{n}]": x for n, x in enumerate(value, 1)} if many else {key: value}
         for bound in bounds:
             for name, number in named.items():
-                if not bound.holds(number):
-                    raise error(f"{name} = {number!r}: must be {bound.allowed()}")
+                check_number(name, number, bound, error)
         kept = tuple(map(_plain, named.values()))
         object.__setattr__(owner, key, kept if many else kept[0])
+
+
+def check_number(name: str, value: Any, bound: Bound, error: type[ValueError] = ValueError) -> None:
+    """Raise ValueError, as `error`, if a value is not a number within the bound."""
+    if not bound.holds(value):
+        raise error(f"{name} = {value!r}: must be {bound.allowed()}")
+
+
+def check_dim(dim: Any) -> None:
+    """Raise ValueError if a number of dimensions is neither 2 nor 3."""
+    if dim not in (2, 3):
+        raise ValueError(f"dim = {dim!r}: must be 2 or 3")
 
 
 def _plain(number: Any) -> int | float:

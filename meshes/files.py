@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from meshes.bounds import check_kind
 from meshes.check import check
 from meshes.errors import MeshError
 from meshes.mesh import FingerMesh, Floats, Ints
@@ -36,6 +37,7 @@ def write(mesh: FingerMesh, path: str | Path) -> None:
     """
     import meshio
 
+    check_kind("mesh", mesh, FingerMesh)
     if mesh.ties.size:
         raise MeshError(f"{path}: a file cannot hold hanging nodes; mesh with halvings = 0")
     path = Path(path)

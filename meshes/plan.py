@@ -6,7 +6,7 @@ Everything is known before gmsh starts, so that absurd requests cost nothing.
 import math
 from dataclasses import dataclass, replace
 
-from meshes.bounds import check_kind
+from meshes.bounds import check_dim, check_kind
 from meshes.errors import MeshError
 from meshes.geometry import FingerGeometry
 from meshes.grading import Division, Grading, count_even
@@ -184,10 +184,11 @@ def plan_finger(geometry: FingerGeometry, sizing: Sizing, dim: int) -> tuple[Pha
 
     Raises MeshError: a size exceeds the body, or mesh or tap would be too large: see
         `require_bearable`.
-    Raises ValueError: the finger or its sizes have the wrong type.
+    Raises ValueError: the finger or its sizes have the wrong type, or there is no such `dim`.
     """
     check_kind("geometry", geometry, FingerGeometry)
     check_kind("sizing", sizing, Sizing)
+    check_dim(dim)
     for w, (length, diameter) in enumerate(
         zip(geometry.lengths, geometry.diameters, strict=True), start=1
     ):

@@ -7,6 +7,7 @@ the soft finger's tap at 1 %, scaled to other accuracies by these powers.
 
 from dataclasses import dataclass
 
+from meshes.bounds import Bound
 from reference_fem.mesh_error import EDGE_EXPONENT
 from reference_fem.settings import ONE_POINT
 
@@ -68,9 +69,9 @@ def sizes_for(accuracy: float, friction: float = 0.0) -> Sizes:
     ValueError
         The accuracy is smaller than such meshes are known to keep, or too large.
     """
-    if not SMALLEST <= accuracy <= LARGEST:
+    if not Bound(at_least=SMALLEST, at_most=LARGEST).holds(accuracy):
         raise ValueError(
-            f"accuracy = {accuracy:g}: must be {SMALLEST:g} to {LARGEST:g} for finite elements;"
+            f"accuracy = {accuracy!r}: must be {SMALLEST:g} to {LARGEST:g} for finite elements;"
             " below that refine a preset and compare (fingertap converge)"
         )
     return Sizes(

@@ -173,8 +173,8 @@ class Settings:
     contact: Contact | LumpedContact = "penalty"
     """Contact law. "penalty": springs at the nodes, as stiff as the elements behind them.
     "surface": a penalty pressure integrated over the surface, of a stiffness that does not depend
-    on the mesh. "impulse": no penetration, by forward-increment multipliers. A `LumpedContact`: the
-    reduced model's law, at one point (see `contact.lumped_law`)."""
+    on the mesh. "impulse": no penetration, by forward-increment multipliers. From Python, a
+    `LumpedContact`: the reduced model's law, at one point (see `contact.lumped_law`)."""
     penalty_factor: Annotated[
         float, Bound(above=0, at_most=1000, advice="0.1 is LS-DYNA's usual value")
     ] = 0.1

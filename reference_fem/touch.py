@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 import meshes
+from meshes.bounds import Bound, check_number
 from reference_fem.hertz import hertz_impact
 from reference_fem.rigid_chain import ChainState, chain_and_start
 from reference_fem.rigid_flight import fly
-from reference_fem.settings import Drive, Material, Surface
+from reference_fem.settings import LONGEST_S, Drive, Material, Surface
 from reference_fem.true_body import lowest_point, true_chain, true_gap
 
 
@@ -61,6 +62,8 @@ def impact_state(
 
     Raises ValueError: bad input; names it, its value and what is allowed.
     """
+    check_number("clearance_m", clearance_m, Bound("m", at_least=0))
+    check_number("max_flight_time_s", max_flight_time_s, Bound("s", above=0, at_most=LONGEST_S))
     chain, first = chain_and_start(true_chain(geometry, materials, drive, dim), start)
     gap = true_gap(geometry, surface.height - clearance_m)
     if gap(first.angles) <= 0.0:
@@ -88,7 +91,7 @@ def predicted_touch(
 
     Raises ValueError: bad input; names it, its value and what is allowed.
     """
-    chain = true_chain(geometry, materials, drive, dim)
+    chain, state = chain_and_start(true_chain(geometry, materials, drive, dim), state)
     radius, axis = geometry.radii[-1], float(state.angles[-1])
     hinge = chain.hinges_at(state.angles, state.rates)[0][-1]
     reach, *offset = lowest_point(geometry, axis)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 import meshes
+from meshes.bounds import check_dim
 from reference_fem.arrays import Array, Index
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, check_materials
@@ -32,8 +33,9 @@ def true_chain(
     whose thickness is the chord 2 sqrt(R² - y²) of the round section. Holes for shafts are taken
     out. Masses are quadrature weights times density.
 
-    Raises ValueError: there is not one material per phalanx, or not one torque.
+    Raises ValueError: there is not one material per phalanx, or not one torque, or no such `dim`.
     """
+    check_dim(dim)
     check_materials(materials, geometry.phalanges)
     points, masses, bodies, first = [], [], [], 0
     last = geometry.phalanges - 1

@@ -4,7 +4,7 @@ An indentation
 
 The meshed fingertip is pressed on the plane by linear statics. Force over approach, and the linear
 spring with the same energy at the same force, are shown beside Hertz's. No single spring is right:
-k grows with the force (and scatters by 5 % here: the mesh is coarse).
+k grows with the force (and scatters by 10 % here: the mesh is coarse).
 `fingertap identify contact soft` refines the mesh, and finds the k of a scene's tap.
 """
 

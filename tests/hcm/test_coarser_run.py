@@ -150,30 +150,48 @@ def test_doubts_about_later_taps_and_transitions_are_said_of_the_run(
 
 
 @pytest.mark.parametrize(
-    ("times", "chance", "may_go_on", "divisor"),
+    ("accuracy", "again", "times", "folds", "by", "divisor"),
     [
-        (1.0, False, False, 1.0),
-        (1.1, False, False, 3.0),
-        (5.0, False, False, 5.0),
-        (100.0, False, False, 9.0),
-        (math.inf, False, False, 9.0),
-        (0.5, True, False, 3.0),
-        (0.5, False, True, 3.0),
+        (1e-3, 1.0, 1.0, False, 1.0, 1.0),
+        (1e-3, 1.0, 1.1, False, 1.0, 3.0),
+        (1e-3, 1.0, 5.0, False, 1.0, 5.0),
+        (1e-3, 1.0, 100.0, False, 1.0, 9.0),
+        (1e-3, 1.0, math.inf, False, 1.0, 9.0),
+        (1e-3, 1.0, 0.5, True, 1.0, 3.0),
+        # ten times the run's own accuracy, at most 5 %, may be another tap
+        (1e-3, 1.0, 0.5, False, 0.0099, 9.0),
+        (1e-3, 1.0, 0.5, False, 0.011, 1.0),
+        (1e-2, 1.0, 0.5, False, 0.049, 9.0),
+        (1e-2, 1.0, 0.5, False, 0.051, 1.0),
+        (1e-4, 1.0, 0.5, False, 0.0099, 3.0),
+        (1e-4, 1.0, 0.5, False, 0.0009, 9.0),
+        # a run that was one again: only if that may still be so, or its own coarser run has it
+        (1e-2, 9.0, 0.5, False, 0.0111, 9.0),
+        (1e-2, 9.0, 0.5, False, 0.012, 1.0),
+        (1e-2, 9.0, 100.0, False, 0.049, 9.0),
+        (1e-2, 9.0, 100.0, False, 0.051, 1.0),
+        (1e-2, 9.0, 100.0, True, 0.049, 1.0),
+        (1e-3, 9.0, 5.0, False, 0.049, 1.0),
     ],
 )
-def test_a_second_run_is_for_an_accuracy_3_to_9_times_smaller(
-    judged: tuple[Chosen, hcm.TapResult],
-    times: float, chance: bool, may_go_on: bool, divisor: float,
+def test_another_run_is_for_an_accuracy_3_to_9_times_smaller(
+    judged: tuple[Chosen, hcm.TapResult], monkeypatch: pytest.MonkeyPatch,
+    accuracy: float, again: float, times: float, folds: bool, by: float, divisor: float,
 ) -> None:  # fmt: skip
-    """As the first one's expected error, `times` the accuracy, asks for, or a doubt about its end.
-
-    An error at the accuracy itself asks for no other.
+    """As the first one's expected error, `times` the accuracy, asks for, or a tap that may end
+    otherwise, as it grazes by less than a share. by : that share. An error at the accuracy itself
+    asks for no other. again : how much smaller than wanted the run's own accuracy was.
     """
-    attempt = accuracy_module._Attempt(*judged, times * 1e-3, chance, may_go_on)
-    target, reason = accuracy_module._finer(attempt, 1e-3)
-    assert target == pytest.approx(1e-3 / divisor, rel=1e-12)
+    monkeypatch.setattr(accuracy_module, "grazes", lambda _, share=GRAZE: by < share)
+    attempt = accuracy_module._Attempt(*judged, times * accuracy, folds)
+    target, reason = accuracy_module._finer(attempt, accuracy, accuracy / again)
     assert bool(reason) is (divisor > 1.0)
-    assert ("folds up" in reason) is (chance or may_go_on)
+    assert ("folds up" in reason) is (bool(reason) and (folds or by < 1.0))
+    if reason:
+        assert target == pytest.approx(accuracy / again / divisor, rel=1e-12)
+    # where another end is open nothing of this is by chance
+    several = replace(attempt, several=True, expected=0.5 * accuracy)
+    assert accuracy_module._finer(several, accuracy, accuracy / again)[1] == ""
 
 
 def test_a_coarser_run_of_a_followed_vibration_has_three_times_the_error() -> None:
@@ -197,24 +215,16 @@ def test_a_coarser_run_of_a_followed_vibration_has_three_times_the_error() -> No
     assert (its.taps, its.estimate) == (3, False)
 
 
-@pytest.mark.parametrize(("accuracy", "share"), [(1e-3, 0.01), (1e-2, 0.03), (0.1, 0.05)])
 @pytest.mark.parametrize(("folds", "barely"), [(True, False), (False, True), (False, False)])
 def test_a_tap_of_a_folded_finger_or_one_that_barely_ends_may_end_otherwise(
-    monkeypatch: pytest.MonkeyPatch, accuracy: float, share: float, folds: bool, barely: bool
+    monkeypatch: pytest.MonkeyPatch, folds: bool, barely: bool
 ) -> None:
-    """One that leaves at less than 3 times the accuracy of its approach, 1 to 5 %, may go on."""
-    asked = list[float]()
-
-    def grazes(run: hcm.TapResult, below: float = GRAZE) -> bool:
-        asked.append(below)
-        return barely
-
-    monkeypatch.setattr(accuracy_module, "grazes", grazes)
+    monkeypatch.setattr(accuracy_module, "grazes", lambda _, share=GRAZE: barely)
     monkeypatch.setattr(accuracy_module, "folded", lambda *_: folds)
-    of = settings_for(accuracy, replace(SOFT_SCENE, settings=hcm.Settings()))
-    attempt = accuracy_module._attempt(of, accuracy, None)
-    assert (attempt.chance, attempt.may_go_on) == (folds or barely, barely)
-    assert asked[-1] == pytest.approx(share, rel=1e-12)
+    of = settings_for(1e-2, replace(SOFT_SCENE, settings=hcm.Settings()))
+    attempt = accuracy_module._attempt(of, 1e-2, None)
+    assert (attempt.chance, attempt.grazes()) == (folds or barely, barely)
+    assert not replace(attempt, several=True).chance
 
 
 def test_a_run_that_is_solved_again_took_the_time_of_both(monkeypatch: pytest.MonkeyPatch) -> None:

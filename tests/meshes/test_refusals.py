@@ -121,3 +121,11 @@ def test_a_set_of_another_spelling_is_missing() -> None:
     sets = {name.replace("_1", "_01"): cells for name, cells in mesh.cell_sets.items()}
     with pytest.raises(meshes.MeshError, match=r"cell sets phalanx_1, .* are missing: found"):
         check(dataclasses.replace(mesh, cell_sets=sets))
+
+
+def test_there_are_two_and_three_dimensions_and_only_meshes_are_written() -> None:
+    sizing = meshes.Sizing(4e-3, 5e-3, 4e-3)
+    with pytest.raises(ValueError, match="dim = 4: must be 2 or 3"):
+        meshes.count_elements(PAPER, sizing, 4)
+    with pytest.raises(ValueError, match="mesh = None: must be a FingerMesh"):
+        meshes.write(None, "mesh.vtu")  # type: ignore[arg-type]

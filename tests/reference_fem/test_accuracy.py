@@ -34,7 +34,7 @@ def test_a_tip_that_slides_with_little_friction_stays_elastic() -> None:
     assert [sizes_for(1e-2, mu).relaxation for mu in (0.1, 0.24)] == [0.0, RELAXATION_SHARE]
 
 
-@pytest.mark.parametrize("accuracy", [0.0, 1e-3, 0.5, float("nan")])
+@pytest.mark.parametrize("accuracy", [0.0, 1e-3, 0.5, float("nan"), "1e-2"])
 def test_what_no_mesh_keeps_is_refused(accuracy: float) -> None:
     with pytest.raises(ValueError, match=r"must be 0\.002 to 0\.1 for finite elements"):
         sizes_for(accuracy)

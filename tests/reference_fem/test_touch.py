@@ -7,7 +7,15 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem import ChainState, Drive, Material, Settings, Surface, predicted_touch
+from reference_fem import (
+    ChainState,
+    Drive,
+    Material,
+    Settings,
+    Surface,
+    impact_state,
+    predicted_touch,
+)
 from reference_fem.model import build_model
 from reference_fem.rigid_chain import chain_and_start, pose
 from reference_fem.true_body import true_gap
@@ -231,3 +239,28 @@ def test_friction_that_would_jam_leaves_the_mass_without_it() -> None:
         shares.append(rough.mass / free.mass)
     assert 0.0 < min(shares) < 0.5
     assert max(shares) == pytest.approx(1.0, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "message"),
+    [
+        ("clearance_m", math.nan, "clearance_m = nan: must be a finite number in m, >= 0"),
+        ("clearance_m", -1.0, "clearance_m = -1.0: must be"),
+        ("max_flight_time_s", math.nan, "max_flight_time_s = nan: must be a finite number in s"),
+        ("dim", 5, "dim = 5: must be 2 or 3"),
+    ],
+)
+def test_an_impact_state_refuses_bad_numbers_by_name(key: str, value: float, message: str) -> None:
+    """A clearance that is no number flew for ever."""
+    given = {"clearance_m": 1e-4, key: value}
+    with pytest.raises(ValueError, match=message):
+        impact_state(ROD, (MATERIAL,), SURFACE, Drive(), **given)
+
+
+def test_a_touch_refuses_a_state_of_another_chain_and_an_unknown_dimension() -> None:
+    still = ChainState(np.zeros(2), np.zeros(2), 0.0)
+    with pytest.raises(ValueError, match=r"shape \(2,\) .* for 1 phalanges; give one of each"):
+        predicted_touch(ROD, (MATERIAL,), SURFACE, Drive(), still)
+    one = ChainState(np.zeros(1), np.zeros(1), 0.0)
+    with pytest.raises(ValueError, match="dim = 5: must be 2 or 3"):
+        predicted_touch(ROD, (MATERIAL,), SURFACE, Drive(), one, 5)

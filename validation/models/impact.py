@@ -7,14 +7,14 @@ lies below the tip node, its surface is lowered to where that state touches.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from validation.errors import RunFailedError
-from validation.models.adapter import drive_of
-from validation.models.solid_inputs import solver_settings, start_of
+from validation.models.hcm import hcm_scene
 from validation.scenes.load import NamedScene
 
 if TYPE_CHECKING:
@@ -48,51 +48,28 @@ def impact_of(scene: NamedScene) -> Impact:
 
     Raises RunFailedError: the surface is not reached.
     """
-    import reference_fem
-    from reference_fem.rigid_chain import build_chain
-    from reference_fem.rigid_flight import fly
+    from hcm import Assumptions
+    from hcm.fall import rods_fall
     from reference_fem.touch import touch_angle
 
-    tables = scene.tables
-    count, drive = tables.finger.phalanges, drive_of(tables, reference_fem)
-    lengths = np.array(tables.per_phalanx(tables.finger.length))
-    diameters = np.array(tables.per_phalanx(tables.finger.diameter))
-    mass = np.array(tables.per_phalanx(tables.material.density)) * 0.25 * np.pi * diameters**2
-    mass *= lengths
-    ends = -np.concatenate([[0.0], np.cumsum(lengths)])
-    # Two Gauss points per rod: mass, centre and moment of inertia m L^2/12 exactly.
-    offsets = 0.5 * lengths[:, None] * np.array([-1.0, 1.0]) / np.sqrt(3.0)
-    x = (0.5 * (ends[:-1] + ends[1:])[:, None] + offsets).ravel()
-    chain = build_chain(
-        np.stack([x, np.zeros_like(x)], axis=1),
-        np.repeat(0.5 * mass, 2),
-        [np.array([2 * w, 2 * w + 1]) for w in range(count)],
-        np.stack([ends[:-1], np.zeros(count)], axis=1),
-        drive.loads_for(count),
-        drive.gravity_vector,
-    )
-    height = tables.surface.height
-    first = start_of(tables) or reference_fem.ChainState(np.zeros(count), np.zeros(count), 0.0)
-
-    def gap(angles: Any) -> float:
-        return height - float(lengths @ np.sin(angles))
-
-    patience = solver_settings(tables).max_flight_time_s
-    state_at, touch = fly(chain, first, gap, patience)
-    if touch is None:
+    given = replace(hcm_scene(scene, estimate=False), assumptions=Assumptions())
+    fall = rods_fall(given)
+    if fall is None:
         raise RunFailedError(
-            f"scene {scene.name}: the tip does not reach the surface within {patience:g} s; "
-            "lower surface.height or drive it harder"
+            f"scene {scene.name}: the tip does not reach the surface within"
+            f" {given.settings.max_flight_time:g} s; lower surface.height or drive it harder"
         )
-    state = state_at(touch - min(LEAD_S, LEAD_SHARE * (touch - first.time_s)))
-    radius = 0.5 * float(diameters[-1])
-    last = float(state.angles[-1])
-    lowest = float(lengths @ np.sin(state.angles)) + radius * (1.0 - np.sin(last))
+    angles, rates = fall.flight.states[-1].reshape(2, -1)
+    change, lead = fall.flight.accelerations[-1], min(LEAD_S, LEAD_SHARE * fall.time)
+    angles, rates = angles - lead * rates + 0.5 * lead**2 * change, rates - lead * change
+    lengths = np.array([phalanx.length for phalanx in given.finger.phalanges])
+    radius, last = 0.5 * given.finger.phalanges[-1].diameter, float(angles[-1])
+    lowest = float(lengths @ np.sin(angles)) + radius * (1.0 - math.sin(last))
     return Impact(
-        angles=tuple(map(float, state.angles)),
-        rates=tuple(map(float, state.rates)),
-        time_s=state.time_s,
-        sphere_height_m=float(lowest + CLEARANCE * radius),
+        angles=tuple(angles.tolist()),
+        rates=tuple(rates.tolist()),
+        time_s=float(fall.flight.time[-1]) - lead,
+        sphere_height_m=lowest + CLEARANCE * radius,
         touch_angle=touch_angle(last),
     )
 

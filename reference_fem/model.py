@@ -197,7 +197,7 @@ def _kernel(
     relaxation *= np.isin(np.arange(len(mesh.cells)), mesh.relaxing)
     points, cells = mesh.points, mesh.cells
     thickness = () if mesh.dim == 3 else (chord_thickness(points, cells, mesh.radii[phalanx]),)
-    elements = _formulation(mesh.dim, settings.element, materials[0].law)
+    elements = formulation(mesh.dim, settings.element, materials[0].law)
     return elements(points, cells, young, poisson, density, *thickness, relaxation)
 
 
@@ -219,7 +219,8 @@ def _smallest_size(points: Array, cells: Index) -> float:
     return float(np.exp(np.log(edges).mean(axis=1)).min())
 
 
-def _formulation(dim: int, element: str | None, law: MaterialLaw) -> Callable[..., ElementKernel]:
+def formulation(dim: int, element: str | None, law: MaterialLaw) -> Callable[..., ElementKernel]:
+    """The elements of that name (None: the default) and law; ValueError if there are none."""
     names = list(dict.fromkeys(name for name, _ in ELEMENTS[dim]))
     name = names[0] if element is None else element
     if name not in names:

@@ -37,13 +37,23 @@ class _Solve(NamedTuple):
 class Solid(Adapter):
     """The adapter of ``fem3d`` or of ``fem2d`` (plane stress).
 
-    A scene that it can't take is refused when it is translated.
+    What else than the law it can't take is refused when the scene is translated.
     """
 
     name: str
     dimension: Literal[2, 3]
     kind, settings, resumable = "reference", "fem", True
     sources, independent_of = (__name__,), ("hcm",)
+
+    def refusal(self, scene: NamedScene) -> str:
+        """Why its elements can't take the scene's `material.law`."""
+        from reference_fem.model import formulation
+
+        try:
+            formulation(self.dimension, None, scene.tables.material.law)
+        except ValueError as error:
+            return str(error)
+        return ""
 
     def warm_up(self) -> None:
         """Tap twice with a coarse mesh, so that every kernel is loaded."""

@@ -116,7 +116,7 @@ def solve(
         with _folder_kept():
             module = adapter(model)
             if refused := module.refusal(scene):
-                raise UserError(f"scene {scene.name}: {refused}")
+                raise UserError(f"scene {scene.name}, model {model}: {refused}")
             if progress is not None:
                 progress(0.0, "loading compiled code")
             with compiling_reported(progress):

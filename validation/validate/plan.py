@@ -8,13 +8,12 @@ from typing import NamedTuple
 import hcm
 from validation.curve_files.read import Reference
 from validation.harness.record import RunRecord
-from validation.models import default_accuracy, estimate_override
+from validation.models import adapter, default_accuracy, estimate_override
 from validation.models.variants import all_variants
 from validation.runs.execute import Job
 from validation.scenes.load import load_scene
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import NO_ACCURACY
-from validation.scenes.tables import MaterialTable
 
 
 class RunName(NamedTuple):
@@ -83,10 +82,9 @@ class Plan:
             if REFINED in self.models and tables.tip.normal_stiffness is None
         ]
         noted += [
-            f"{scene}: plane stress ({PLANE.model}) is left out, as it has no material.law but the"
-            " default"
-            for scene, tables in self.tables.items()
-            if self.in_full and not _has_plane(tables)
+            f"{scene}: plane stress ({PLANE.model}) is left out: {refused}"
+            for scene, source in self.scenes.items()
+            if self.in_full and (refused := _plane_refusal(source))
         ]
         return noted + [
             f"the paper's comparison, over several meshes, is left out: {scene} states {key}"
@@ -145,9 +143,8 @@ def validation_jobs(plan: Plan, estimate: bool = True) -> list[list[Job]]:
     return jobs
 
 
-def _has_plane(tables: Scene) -> bool:
-    """Whether plane elements have the scene's law."""
-    return tables.material.law == MaterialTable.model_fields["law"].default
+def _plane_refusal(source: str) -> str:
+    return adapter(PLANE.model).refusal(load_scene(source))
 
 
 def first_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
@@ -188,9 +185,9 @@ def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
     preset, fast = (
         (NO_FEM_ACCURACY, f"solver.fem.preset={of.variant}") for of in (PAPER_REFERENCE, FAST)
     )
-    tables = load_scene(scene).tables
-    radius = SHAFT_SHARE * tables.smallest_diameter
+    radius = SHAFT_SHARE * load_scene(scene).tables.smallest_diameter
     holes = f"solver.fem.shaft_radius={radius:g}"
+    plane = Job(scene, PLANE.model, (*fast, *reference), PLANE.variant)
     return [
         [Job(scene, "hcm", default_overrides(scene, "hcm", estimate))],
         [
@@ -210,7 +207,7 @@ def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
                 for p in PENALTIES
             ),
         ],
-        *([[Job(scene, PLANE.model, (*fast, *reference), PLANE.variant)]] * _has_plane(tables)),
+        *([] if _plane_refusal(scene) else [[plane]]),
     ]
 
 

@@ -20,6 +20,7 @@ from validation.compare.differences import (
     turned,
 )
 from validation.curve_files.read import Reference
+from validation.errors import UserError
 from validation.harness.quantities import quantity
 from validation.harness.record import RunRecord
 from validation.models.hcm import hcm_scene
@@ -210,8 +211,10 @@ def test_a_neo_hookean_scene_is_compared_without_plane_stress(tmp_path: Path) ->
     plan = plan_of((str(path),), "hcm", "fem3d", "")
     models = {job.model for group in validation_jobs(plan) for job in group}
     assert models == {"hcm", "fem3d"}
-    left_out = "plane stress (fem2d) is left out, as it has no material.law but the default"
-    assert f"silicone: {left_out}" in plan.notes
+    (note,) = [note for note in plan.notes if "plane stress" in note]
+    assert note.startswith("silicone: plane stress (fem2d) is left out: material.law = 'neo-hooke'")
+    with pytest.raises(UserError, match="silicone, model fem2d: material"):
+        plan_of((str(path),), "hcm", "fem2d", "")
     assert plan_of(("soft",), "hcm", "fem3d", "").notes == []
 
 

@@ -4,8 +4,8 @@ The coarser run's errors are `COMPANION_ERROR_RATIO` times as large, or more: th
 contact go with h^2, of a followed vibration with h^(3/2) and at least l^4 (`hcm.chosen_flight`), of
 elements in contact with l^4, of refined ones with l^2. The two runs then differ by at least
 (ratio - 1) times the finer one's error; `SAFETY` covers errors that fall more slowly with h and l.
-A phalanx of one element has two in the other run, whose error is at most a quarter of the run's:
-their difference is at least three quarters of the run's error.
+A phalanx of one element, or of no more than the other run's flight needs, has twice as many in it,
+whose error is at most a quarter of the run's: they differ by at least three quarters of that.
 """
 
 import math
@@ -34,16 +34,14 @@ COMPANION_ERROR_RATIO, SAFETY = 3.0, 1.5
 # it in the same wrong phase, and a tap that fades out, 1 % too short, would seem known to 0.03 %.
 OTHER_PHASE = 0.8
 # A tap may end otherwise if it grazes (`hcm.companion`) by less than GRAZE_OVER times the run's own
-# accuracy, at most MOST_GRAZED: at 1e-2 one left at 0.037 of its approach speed in both runs though
-# it lasts twice as long, at 1e-3 one pushed on with 0.0013 of its peak though it leaves.
+# accuracy, at most MOST_GRAZED or that accuracy: at 1e-2 one left at 0.037 of its approach speed in
+# both runs though it lasts twice as long, at 1e-3 one pushed on with 0.0013 of its peak though it
+# leaves.
 # MOST_AGAIN : how often such a tap is solved again.
 GRAZE_OVER, MOST_GRAZED, MOST_AGAIN = 10.0, 0.05, 2
 ACCURACY_QUANTITIES = (
-    "peak_normal_force_N",
-    "normal_impulse_N_s",
-    "contact_duration_s",
-    "contact_time_s",
-)
+    "peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s", "contact_time_s",
+)  # fmt: skip
 """Fields of the summary whose relative errors an accuracy bounds."""
 RESOLVING = (
     "elements", "flight_elements", "flight_step", "flight_tolerance", "contact_step",
@@ -167,7 +165,7 @@ def _finer(run: _Attempt, accuracy: float, target: float) -> tuple[float, str]:
         return target / most, "the energy audit of the first run did not close"
     if expected is None:
         return target, ""
-    if run.grazes(min(GRAZE_OVER * target, MOST_GRAZED)):
+    if run.grazes(min(GRAZE_OVER * target, max(MOST_GRAZED, target))):
         return target / most, barely
     if not first:  # a coarser run with another tap: whose it is a third run says
         apart = expected > max(accuracy, CAUTION_ERROR) and run.grazes(MOST_GRAZED)
@@ -192,8 +190,9 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
     """Scene of the coarser run that judges `own`, over as many taps.
 
     In contact, and in a vibration that is followed, its error is `COMPANION_ERROR_RATIO` times as
-    large. A single element becomes two. Gauss's few steps in flight leave hardly any error but the
-    phase of a vibration that they do not follow: it differs here (`OTHER_PHASE`).
+    large. As many elements would tell nothing of their errors: twice as many do. Gauss's few steps
+    in flight leave hardly any error but the phase of a vibration that they do not follow: it
+    differs here (`OTHER_PHASE`).
     """
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept, ratio = 1.0, settings.flight_elements, 1, COMPANION_ERROR_RATIO
@@ -204,10 +203,10 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
         kept = flown  # no phalanx has more elements in flight than in contact
     elif settings.flight == "elastic":
         longer = OTHER_PHASE if settings.flight_integrator == GAUSS else math.sqrt(ratio)
-    fewer = [
-        replace(p, elements=max(_fewer(p.elements, math.sqrt(ratio)), min(p.elements, kept)))
-        for p in scene.finger.phalanges
-    ]
+    others = []
+    for p in scene.finger.phalanges:
+        fewer = max(_fewer(p.elements, math.sqrt(ratio)), min(p.elements, kept))
+        others.append(replace(p, elements=2 * fewer if fewer == p.elements else fewer))
     coarse = repetition_settings(
         settings,
         own,
@@ -217,7 +216,7 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
         contact_step=min(math.sqrt(ratio) * settings.contact_step, 1.0),
         taps=max(tap_peaks(own).size, 1),
     )
-    return replace(scene, finger=Finger(tuple(fewer)), settings=coarse)
+    return replace(scene, finger=Finger(tuple(others)), settings=coarse)
 
 
 def _fewer(elements: int, factor: float) -> int:
@@ -233,7 +232,9 @@ def _compared(
     settings = chosen.scene.settings
     single = any(phalanx.elements == 1 for phalanx in chosen.scene.finger.phalanges)
     single |= chosen.followed and settings.flight_elements == 1
-    of_stress, over = (2.0, 1.0) if single else (1.0, COMPANION_ERROR_RATIO - 1)
+    over = 1.0 if single else COMPANION_ERROR_RATIO - 1
+    last, its = (run.given["finger"].phalanges[-1].elements for run in (result, coarse))
+    of_stress = 2.0 if single or its > last else 1.0
     bent = late = 0.0
     if settings.flight == "rigid" and (fall := chosen.fall):
         finger = chosen.scene.finger

@@ -17,6 +17,30 @@ from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_TIP, SURFACE, finge
 
 SOFT_SCENE = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, settings=NO_ESTIMATE)
 
+# Short last phalanges, with their stress at R on 48 elements, Pa.
+SHORT = [
+    (
+        hcm.Scene(
+            hcm.Finger((
+                hcm.Phalanx(0.0790593, 0.00773657, 4.07478e7, 7841.0),
+                hcm.Phalanx(0.0371415, 0.0107649, 1.13124e8, 7841.0),
+            )),
+            hcm.Surface(0.0857344, 1.14803), hcm.Tip(380.908),
+        ),
+        202180.0,
+    ),
+    (
+        hcm.Scene(
+            hcm.Finger((
+                hcm.Phalanx(0.0874104, 0.00432677, 1.01367e7, 2939.4),
+                hcm.Phalanx(0.0144677, 0.00431999, 1.31373e7, 2939.4),
+            )),
+            hcm.Surface(0.0816131, 0.188633), hcm.Tip(187.247),
+        ),
+        72914.0,
+    ),
+]  # fmt: skip
+
 
 @pytest.fixture(scope="module")
 def judged() -> tuple[Chosen, hcm.TapResult]:
@@ -158,11 +182,13 @@ def test_doubts_about_later_taps_and_transitions_are_said_of_the_run(
         (1e-3, 1.0, 100.0, False, 1.0, 9.0),
         (1e-3, 1.0, math.inf, False, 1.0, 9.0),
         (1e-3, 1.0, 0.5, True, 1.0, 3.0),
-        # ten times the run's own accuracy, at most 5 %, may be another tap
+        # ten times the run's own accuracy, at most 5 % or that accuracy, may be another tap
         (1e-3, 1.0, 0.5, False, 0.0099, 9.0),
         (1e-3, 1.0, 0.5, False, 0.011, 1.0),
         (1e-2, 1.0, 0.5, False, 0.049, 9.0),
         (1e-2, 1.0, 0.5, False, 0.051, 1.0),
+        (0.1, 1.0, 0.5, False, 0.099, 9.0),
+        (0.1, 1.0, 0.5, False, 0.101, 1.0),
         (1e-4, 1.0, 0.5, False, 0.0099, 3.0),
         (1e-4, 1.0, 0.5, False, 0.0009, 9.0),
         # a run that was one again: only if that may still be so, or its own coarser run has it
@@ -225,6 +251,34 @@ def test_a_tap_of_a_folded_finger_or_one_that_barely_ends_may_end_otherwise(
     attempt = accuracy_module._attempt(of, 1e-2, None)
     assert (attempt.chance, attempt.grazes()) == (folds or barely, barely)
     assert not replace(attempt, several=True).chance
+
+
+@pytest.mark.parametrize(("scene", "limit"), SHORT)
+def test_a_coarser_run_has_no_phalanx_of_as_many_elements(scene: hcm.Scene, limit: float) -> None:
+    """A short phalanx has no more than the flight needs: its error would cancel."""
+    del limit
+    of = settings_for(1e-4, scene)
+    assert of.followed
+    run = solve_once(replace(of.scene, settings=replace(of.scene.settings, estimate=False)))[0]
+    own, its = (
+        [p.elements for p in body.finger.phalanges]
+        for body in (of.scene, accuracy_module._coarser(of, run))
+    )
+    assert its[0] < own[0]
+    assert its[1] == 2 * own[1]
+
+
+@pytest.mark.parametrize(("scene", "limit"), SHORT)
+def test_the_stress_of_a_short_last_phalanx_is_as_far_off_as_stated(
+    scene: hcm.Scene, limit: float
+) -> None:
+    """The first was 19 times what it stated away from its limit, at 1e-3."""
+    for accuracy in (3e-3, 1e-3, 1e-4):
+        result = simulate_within(accuracy, scene)
+        error = result.errors["peak_stress_R_Pa"]
+        assert isinstance(error, float)
+        assert result.summary.peak_stress_R_Pa == pytest.approx(limit, abs=error)
+        assert error < 0.35 * limit
 
 
 def test_a_run_that_is_solved_again_took_the_time_of_both(monkeypatch: pytest.MonkeyPatch) -> None:

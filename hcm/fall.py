@@ -27,14 +27,16 @@ OF_FLIGHT = tuple(of for of in StepLimits._fields if of not in OF_CONTACT)
 @dataclass(frozen=True)
 class Fall:
     """The rods' flight: its time, s; the speed of the tip's approach, m/s; the speed that rods
-    leave out (`reactions`) at the start, at the touch and at most, m/s; the largest depth of a
-    section below the surface, m, while the tip is at least as far above it. flight, limits : the
-    flight itself and how it was solved. rods : the rods and the torques on them.
+    leave out (`reactions`) at the start, what stretches of it, at the touch and at most, m/s; the
+    largest depth of a section below the surface, m, while the tip is at least as far above it.
+    flight, limits : the flight itself and how it was solved. rods : the rods and the torques on
+    them.
     """
 
     time: float
     speed: float
     ringing: float
+    stretching: float
     bending: float
     largest: float
     sunk: float
@@ -62,12 +64,14 @@ def rods_fall(scene: Scene) -> Fall | None:
         return None
     rods = acting_between(rods, pieces, start_s, float(flight.time[-1]))
     radius = np.array([p.diameter / 2 for p in finger.phalanges])
-    first, last, largest, sunk = survey(
+    ringing, stretching, bending, largest, sunk = survey(
         flight.states, flight.accelerations, radius, float(scene.surface.height), rods, state.copy()
     )
     speed = max(abs(clearance(flight.states[-1], rods)[1]), 1e-300)
     time = float(flight.time[-1]) - start_s
-    return Fall(time, speed, first, last, largest, sunk, flight, limits, (rods, pieces))
+    return Fall(
+        time, speed, ringing, stretching, bending, largest, sunk, flight, limits, (rods, pieces)
+    )
 
 
 def magnified(scene: Scene, fall: Fall) -> tuple[str, ...]:

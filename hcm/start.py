@@ -214,7 +214,7 @@ def write_flight(
                 frame += 1
         fill_rigid_motion(states[m], rods.length, beams, old.q, old.v)
         fill_chords(old.q, beams, old.chords)
-        speed = rigid_chain.reactions(states[m], flight.accelerations[m], rods, reactions[m])
+        speed, _ = rigid_chain.reactions(states[m], flight.accelerations[m], rods, reactions[m])
         left_out = max(left_out, speed)
         work = 0.0
         for w in range(links):

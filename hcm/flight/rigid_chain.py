@@ -160,19 +160,21 @@ def clearance(state: Floats, rods: Rods) -> tuple[float, float]:
 
 
 @kernel
-def reactions(state: Floats, acceleration: Floats, rods: Rods, out: Floats) -> float:
+def reactions(state: Floats, acceleration: Floats, rods: Rods, out: Floats) -> tuple[float, float]:
     """Write lam (2 P,), N: the force that hinge w takes from rod w, sum_{i >= w} m_i (f - r..i).
 
-    Returns the speed that rods leave out, m/s: their loads p = rho A (f - r..), the larger of both
-    ends', the force F of the rods beyond and the torques M at the ends would bend a beam on two
-    hinges and stretch a beam held at one; these deflections, each times its first frequency, are
+    Returns the speed that rods leave out and what stretches of it, m/s: their loads
+    p = rho A (f - r..), the larger of both ends', the force F of the rods beyond and the torques M
+    at the ends would bend a beam on two hinges and stretch a beam held at one; these deflections,
+    each times its first frequency, are
 
         (5 p_n L^4/384 + M L^2/(9 sqrt 3))/(E I) pi^2/L^2 sqrt(E I/rho A),
         (p_t L^2/2 + F_t L)/(E A) pi/(2 L) sqrt(E A/rho A),
 
-    of which the largest sum of any rod counts. Beams vibrate at it if the loads come suddenly.
+    of which the largest sum of any rod counts, and the largest of the second. Beams vibrate at it
+    if the loads come suddenly.
     """
-    n, fastest = rods.length.size, 0.0
+    n, fastest, stretching = rods.length.size, 0.0, 0.0
     gx, gy = -rods.gravity_vector[0], -rods.gravity_vector[1]
     ax, ay = 0.0, 0.0
     for w in range(n):
@@ -201,10 +203,10 @@ def reactions(state: Floats, acceleration: Floats, rods: Rods, out: Floats) -> f
         pulled = per_length * stretch * 0.5 * length**2 + abs(cos * fx + sin * fy) * length
         bent = sag * (math.pi / length) ** 2 / math.sqrt(rods.bending[w] * per_length)
         drawn = pulled * 0.5 * math.pi / length / math.sqrt(rods.axial[w] * per_length)
-        fastest = max(fastest, bent + drawn)
+        fastest, stretching = max(fastest, bent + drawn), max(stretching, drawn)
         fx, fy = fx + out[2 * w], fy + out[2 * w + 1]
         out[2 * w], out[2 * w + 1] = fx, fy
-    return fastest
+    return fastest, stretching
 
 
 @kernel
@@ -226,16 +228,18 @@ def body_depth(state: Floats, radius: Floats, height: float, rods: Rods) -> floa
 @entry
 def survey(
     states: Floats, accelerations: Floats, radius: Floats, height: float, rods: Rods, out: Floats
-) -> tuple[float, float, float, float]:
-    """Speeds that rods leave out (`reactions`): first, last and largest, m/s; and the depth below
-    the surface, m, that sections reach while the tip is at least as far above it.
+) -> tuple[float, float, float, float, float]:
+    """Speeds that rods leave out (`reactions`): first, what stretches of that, last and largest,
+    m/s; the depth below the surface, m, that sections reach while the tip is as far above it.
 
     states (m, 2 P), accelerations (m, P) : of a flight. out : (2 P,) scratch.
     """
-    first, speed, largest, sunk = 0.0, 0.0, 0.0, 0.0
+    first, stretching, speed, largest, sunk = 0.0, 0.0, 0.0, 0.0, 0.0
     for m in range(states.shape[0]):
-        speed = reactions(states[m], accelerations[m], rods, out)
-        first, largest = speed if m == 0 else first, max(largest, speed)
+        speed, stretched = reactions(states[m], accelerations[m], rods, out)
+        if m == 0:
+            first, stretching = speed, stretched
+        largest = max(largest, speed)
         depth = body_depth(states[m], radius, height, rods)
         sunk = max(sunk, min(depth, clearance(states[m], rods)[0]))
-    return first, speed, largest, sunk
+    return first, stretching, speed, largest, sunk

@@ -217,7 +217,8 @@ def test_a_tap_to_turn_and_step_through_loads_nothing(browser: Any, tmp_path: Pa
         "data": np.array([time, 20.0 * time, np.full(50, np.nan)]),
     }
     page = tmp_path / "tap.html"
-    write_interactive(page, "soft finger", steps, "stress", (0.0, 2.0), 1e-3, curves)
+    moments = ("0", "100", "200")
+    write_interactive(page, "soft finger", steps, moments, "stress", (0.0, 2.0), 1e-3, curves)
     opened(browser, page, LAPTOP)
     read = """
         const [body, now] = document.querySelector(".js-plotly-plot")._fullData;

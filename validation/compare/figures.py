@@ -158,7 +158,9 @@ def difference_figure(
     values, starts = (np.insert(nothing, 1, steps, axis=0) if len(steps) else nothing
                       for steps in (gained, begun))  # fmt: skip
     lines = [title.replace(" ", "\n", 1) for title in titles]
-    with panels(path, count, width=1.45, height=1.05 + 0.16 * len(names), style=AS_WRITTEN) as axes:
+    with panels(
+        path, count, width=1.45, height=1.05 + 0.145 * len(names), style=AS_WRITTEN
+    ) as axes:
         places = assumption_bars(axes[0], lines, names, values, len(names), starts)
         ours = places[:1] + places[1 + len(gained) :]
         for axis, column in zip(axes[0], zip(*rows, strict=True), strict=True):

@@ -4,7 +4,7 @@ from validation.compare.differences import Difference, differences_of, thousands
 from validation.harness.page import above_or_below, opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity, quantity
 from validation.harness.uncertainty import two_digits
-from validation.models.variants import cumulative, leave_one_out
+from validation.models.variants import cumulative, leave_one_out, short_name
 from validation.validate.plan import (
     DEFAULT_REFERENCE,
     PAPER_REDUCED,
@@ -145,8 +145,7 @@ def assumption_effects(runs: Runs) -> list[str]:
             run = runs.find(scene, RunName(PAPER_REDUCED.model, variant.name))
             rows = differences_of(scene, REFINED, run, whole)
             shares = [row.error_percent for row in rows if row.error_percent is not None]
-            first, *needing = variant.name.removeprefix("without ").replace("_", " ").split(" and ")
-            name = first + f" (with it {', '.join(needing)})" * bool(needing)
+            name = short_name(variant.name.removeprefix("without ")).replace("_", " ")
             if shares:
                 moved[name] = max(shares, key=abs)
             else:

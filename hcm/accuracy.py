@@ -73,7 +73,7 @@ class _Attempt:
     @property
     def chance(self) -> bool:
         """Whether two runs may agree on the tap by chance."""
-        return not self.several and (self.folds or grazes(self.result))
+        return self.grazes() or (self.folds and not self.several)
 
 
 def simulate_within(

@@ -11,7 +11,7 @@ from typing import Annotated, Final, Literal
 
 import numpy as np
 
-from meshes.bounds import Bound, check_fields
+from meshes.bounds import Bound, check_fields, check_number
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.torques import Torques
 
@@ -99,10 +99,8 @@ class TorqueTable:
                 f"torques: {len(self.time)} times and {len(self.values)} rows of values; give "
                 "one time per row, at least one"
             )
-        known = Bound("N m")
         for torque in (torque for row in self.values for torque in row):
-            if not known.holds(torque):
-                raise ValueError(f"torques.values = {torque!r}: must be {known.allowed()}")
+            check_number("torques.values", torque, Bound("N m"))
         steps = np.diff(self.time)
         if (steps < 0).any() or (steps[1:] + steps[:-1] == 0).any():
             raise ValueError(

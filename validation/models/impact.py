@@ -48,11 +48,11 @@ def impact_of(scene: NamedScene) -> Impact:
 
     Raises RunFailedError: the surface is not reached.
     """
-    from hcm import Assumptions
+    from hcm.assumptions import PAPER
     from hcm.fall import rods_fall
     from reference_fem.touch import touch_angle
 
-    given = replace(hcm_scene(scene, estimate=False), assumptions=Assumptions())
+    given = replace(hcm_scene(scene, estimate=False), assumptions=PAPER)
     fall = rods_fall(given)
     if fall is None:
         raise RunFailedError(

@@ -47,6 +47,9 @@ class Solid(Adapter):
 
     def refusal(self, scene: NamedScene) -> str:
         """Why its elements can't take the scene's `material.law`."""
+        # all elements have the law of a scene that states none: don't load the package for that
+        if "law" not in scene.tables.material.model_fields_set:
+            return ""
         from reference_fem.model import formulation
 
         try:

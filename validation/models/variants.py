@@ -56,6 +56,6 @@ def leave_one_out() -> tuple[Variant, ...]:
 
 
 def short_name(name: str) -> str:
-    """A variant's name in a figure: its first assumption, and how many others need that."""
+    """A variant's name in short: its first assumption, and how many others need that."""
     first, *others = name.split(" and ")
     return first + f" and {len(others)} that need{'s' * (len(others) == 1)} it" * bool(others)

@@ -11,7 +11,7 @@ from validation.harness.record import RunRecord
 from validation.models import adapter, default_accuracy, estimate_override
 from validation.models.variants import all_variants
 from validation.runs.execute import Job
-from validation.scenes.load import load_scene
+from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.scene import Scene
 from validation.scenes.solver_tables import NO_ACCURACY
 
@@ -62,9 +62,9 @@ class Plan:
     tolerances: Mapping[str, float] = field(default_factory=dict)
 
     @cached_property
-    def tables(self) -> Mapping[str, Scene]:
-        """The scenes' tables, by name."""
-        return {name: load_scene(source).tables for name, source in self.scenes.items()}
+    def loaded(self) -> Mapping[str, NamedScene]:
+        """The scenes by name."""
+        return {name: load_scene(source) for name, source in self.scenes.items()}
 
     @property
     def leads_to_refined(self) -> bool:
@@ -78,13 +78,13 @@ class Plan:
         noted += [
             f"{scene}: what hertz and partial_slip are worth is left out, as a contact without them"
             " has a spring and the scene no tip.normal_stiffness"
-            for scene, tables in self.tables.items()
-            if REFINED in self.models and tables.tip.normal_stiffness is None
+            for scene, given in self.loaded.items()
+            if REFINED in self.models and given.tables.tip.normal_stiffness is None
         ]
         noted += [
             f"{scene}: plane stress ({PLANE.model}) is left out: {refused}"
-            for scene, source in self.scenes.items()
-            if self.in_full and (refused := _plane_refusal(source))
+            for scene, given in self.loaded.items()
+            if self.in_full and (refused := adapter(PLANE.model).refusal(given))
         ]
         return noted + [
             f"the paper's comparison, over several meshes, is left out: {scene} states {key}"
@@ -94,8 +94,8 @@ class Plan:
     @cached_property
     def decided(self) -> Mapping[str, str]:
         """Scenes that state a key which the paper's comparison varies, with the first such key."""
-        asked = self.tables.items() if self._asked_in_full else ()
-        keys = ((name, decisive_keys(tables)) for name, tables in asked)
+        asked = self.loaded.items() if self._asked_in_full else ()
+        keys = ((name, decisive_keys(given.tables)) for name, given in asked)
         return {name: found[0] for name, found in keys if found}
 
     @property
@@ -143,10 +143,6 @@ def validation_jobs(plan: Plan, estimate: bool = True) -> list[list[Job]]:
     return jobs
 
 
-def _plane_refusal(source: str) -> str:
-    return adapter(PLANE.model).refusal(load_scene(source))
-
-
 def first_jobs(plan: Plan) -> dict[tuple[str, str], Job]:
     """By source and model, the model's own job on that scene: its first (`Runs.of_model`)."""
     return {
@@ -185,7 +181,8 @@ def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
     preset, fast = (
         (NO_FEM_ACCURACY, f"solver.fem.preset={of.variant}") for of in (PAPER_REFERENCE, FAST)
     )
-    radius = SHAFT_SHARE * load_scene(scene).tables.smallest_diameter
+    given = load_scene(scene)
+    radius = SHAFT_SHARE * given.tables.smallest_diameter
     holes = f"solver.fem.shaft_radius={radius:g}"
     plane = Job(scene, PLANE.model, (*fast, *reference), PLANE.variant)
     return [
@@ -207,7 +204,7 @@ def paper_jobs(scene: str, estimate: bool = True) -> list[list[Job]]:
                 for p in PENALTIES
             ),
         ],
-        *([] if _plane_refusal(scene) else [[plane]]),
+        *([] if adapter(PLANE.model).refusal(given) else [[plane]]),
     ]
 
 

@@ -90,7 +90,7 @@ class CoarseFlight:
         state, (_, block) = now.state, advance(self.model, now.state, 1, False)
         motion = self.motion(state.displacement, block.velocity)
         near = np.zeros(self.model.hinges.size)
-        near[[couple.phalanx for couple in self.model.couples]] = state.face_angles
+        near[self.model.couples.phalanges] = state.face_angles
         after = start_state(self.to, *motion, state.time_s, near, state.torque_change_work_J)
         after = replace(after, material_J=block.material_J)
         return replace(now, state=after, coarse=False, flight_steps=state.step)

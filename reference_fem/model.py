@@ -17,8 +17,10 @@ from reference_fem.elements.kinds import (
     hex8_one_point,
     quad4_plane_stress,
 )
+from reference_fem.joints.constraints import Constraints
+from reference_fem.joints.couples import Couples, couples_of
 from reference_fem.joints.hinges import Hinges, build_hinges, mean_weights
-from reference_fem.joints.section import Couple, build_section
+from reference_fem.joints.section import Section, build_section
 from reference_fem.mesh_sets import bodies, symmetry_plane, wanted
 from reference_fem.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import (
@@ -70,7 +72,7 @@ class Model:
     symmetry_factor: int
     symmetry: Index
     hinges: Hinges
-    couples: tuple[Couple, ...]
+    couples: Couples
     torques: Torques
     contact: ContactLaw
     probe: StressProbe
@@ -84,6 +86,11 @@ class Model:
     step_s: float
     transit_s: float
     cell_transit_s: float
+
+    @property
+    def constraints(self) -> Constraints:
+        """What holds the body."""
+        return Constraints(self.ties, self.symmetry, self.hinges)
 
 
 # Formulations by space dimension, element and law; the first of each is the default.
@@ -157,7 +164,7 @@ def build_model(
         symmetry_factor=symmetry_factor,
         symmetry=symmetry,
         hinges=build_hinges(hinge_sides, free),
-        couples=tuple(_couples(mesh, drive, mass)),
+        couples=couples_of(_driven_faces(mesh, drive, mass)),
         torques=drive.torques_for(count) / symmetry_factor,
         contact=contact,
         probe=build_probe(kernel, last, float(mesh.radii[-1])),
@@ -201,15 +208,17 @@ def _kernel(
     return elements(points, cells, young, poisson, density, *thickness, relaxation)
 
 
-def _couples(mesh: meshes.FingerMesh, drive: Drive, mass: Array) -> Iterator[Couple]:
-    """Couples of torques on first faces, each followed by any reaction on the face before."""
+def _driven_faces(
+    mesh: meshes.FingerMesh, drive: Drive, mass: Array
+) -> Iterator[tuple[int, int, float, Section]]:
+    """For `couples_of`, first faces with torques, each followed by any reaction's face before."""
     for w in np.flatnonzero((drive.torques_for(mesh.phalanges).values != 0.0).any(axis=0)).tolist():
         faces = [(w, f"proximal_face_{w + 1}", 1.0)]
         if drive.reaction and w > 0:
             faces.append((w - 1, f"distal_face_{w}", -1.0))
         for phalanx, face, sign in faces:
             nodes = wanted(mesh.node_sets, face, "node", len(mesh.points))
-            yield Couple(phalanx, w, sign, build_section(mesh.points, nodes, mass))
+            yield phalanx, w, sign, build_section(mesh.points, nodes, mass)
 
 
 def _smallest_size(points: Array, cells: Index) -> float:

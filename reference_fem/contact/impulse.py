@@ -1,30 +1,34 @@
 """Contact without a penalty: nodes are stopped at the surface by forward-increment multipliers."""
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner, use_for
 from reference_fem.contact import law
-from reference_fem.contact.law import ContactLaw, Memory, Motion
+from reference_fem.contact.law import ContactLaw, Memory, Motion, contact_forces
 
 
-@dataclass(frozen=True)
-class ImpulseContact(ContactLaw):
-    """Nodes may not be below the surface at the end of a step.
+class Stops(NamedTuple):
+    """Nodes that are stopped, (k,), and their areas, (k,) m²."""
+
+    nodes: Index
+    area: Array
+
+
+def impulse_contact(nodes: Index, area: Array) -> ContactLaw:
+    """Nodes (k,), of tributary areas (k,), may not be below the surface at the end of a step.
 
     Its stiffness is zero: the method leaves the stable step as it is.
     """
-
-    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
-        """See `impulse_forces`."""
-        impulse_forces(motion, memory, self.nodes, self.area, residual, row)
+    none = np.zeros(nodes.size)
+    return ContactLaw(nodes, area, none, none, Stops(nodes, area))
 
 
-@njit(cache=True)
+@inner()
 def impulse_forces(
-    motion: Motion, memory: Memory, nodes: Index, area: Array, residual: Array, row: Array
+    stops: Stops, motion: Motion, memory: Memory, residual: Array, row: Array
 ) -> None:
     """Forward-increment Lagrange multipliers (Carpenter, Taylor, Katona 1991, IJNME 32).
 
@@ -42,12 +46,13 @@ def impulse_forces(
     impulse and duration agree to 0.2 %, the peak force to 0.5 %, with "surface" of factor 1000, in
     half the steps.
 
-    motion, memory : see `law`; one site per node, without an anchor. nodes, area : (k,).
+    motion, memory : see `law`; one site per node, without an anchor.
     residual : (n_points, dim), all forces on the surface's nodes but contact, internal minus
         external, without gravity.
     row : (COLUMNS,), dissipation by the trapezoid rule over the motion of the last step; what a
         node that turns round within it gives back is not friction's and is left to the balance.
     """
+    nodes, area = stops
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, step, g = motion.height, motion.friction, motion.step, motion.gravity_vector
     inverse_mass = motion.inverse_mass
@@ -90,3 +95,6 @@ def impulse_forces(
         row[law.AREA] += area[j]
         row[law.EXCESS] = max(row[law.EXCESS], size - limit)
     row[law.GAP] = lowest
+
+
+use_for(contact_forces, Stops, lambda *args: impulse_forces(*args))

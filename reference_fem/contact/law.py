@@ -3,8 +3,10 @@
 Contract for whoever adds a law (one file each, chosen by name in `laws`):
 
 1. A frozen object, built once per mesh; forces and stiffness are those of the mesh as given.
-2. `apply` adds the contact forces of t_n to a residual that already holds everything else which
-   acts on the surface's nodes, and commits the history: explicit steps accept every evaluation.
+2. `parts` is a named tuple of the law's own, for which its file registers a kernel for
+   `contact_forces` (`compiled.use_for`). The kernel adds the contact forces of t_n to a residual
+   that already holds everything else which acts on the surface's nodes, and commits the history:
+   explicit steps accept every evaluation.
 3. History lives in the arrays that are handed in (`Memory`), so that a saved state restarts to the
    same bits.
 4. `stiffness`, `damping` and `coupled_eigenvalue` are upper bounds; they enter the stable step.
@@ -13,9 +15,8 @@ Contract for whoever adds a law (one file each, chosen by name in `laws`):
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -66,19 +67,21 @@ class Memory(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ContactLaw(ABC):
-    """Base of the contact laws; the module's docstring has the contract.
+class ContactLaw:
+    """What the contact laws have in common; the module's docstring has the contract.
 
     nodes : (k,), nodes that may touch
     area : (k,), tributary reference area of each node, m²; infinite where no pressure is defined.
     stiffness, damping : (k,), bounds on the contact stiffness, N/m, and damping, N s/m, of each
         node
+    parts : what the law's kernel takes
     """
 
     nodes: Index
     area: Array
     stiffness: Array
     damping: Array
+    parts: tuple[Any, ...]
 
     @property
     def coupled_eigenvalue(self) -> float:
@@ -107,9 +110,12 @@ class ContactLaw(ABC):
         """When contact ended, s, from times and F_n of the last two steps with F_n > 0."""
         return float(times[-1])
 
-    @abstractmethod
-    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
-        """Subtract the contact forces from the residual (n_points, dim), N.
 
-        `memory` and `row` (COLUMNS,) are overwritten; DISSIPATION and DAMPING are increments.
-        """
+def contact_forces(
+    parts: tuple[Any, ...], motion: Motion, memory: Memory, residual: Array, row: Array
+) -> None:
+    """Subtract the contact forces from the residual (n_points, dim), N.
+
+    `memory` and `row` (COLUMNS,) are overwritten; DISSIPATION and DAMPING are increments.
+    """
+    raise NotImplementedError(f"{type(parts).__name__} has no overload of contact_forces")

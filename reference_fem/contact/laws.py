@@ -7,7 +7,7 @@ import numpy as np
 import meshes
 from reference_fem.arrays import Array, Index
 from reference_fem.contact.facet_quadrature import FacetQuadrature, facet_quadrature
-from reference_fem.contact.impulse import ImpulseContact
+from reference_fem.contact.impulse import impulse_contact
 from reference_fem.contact.law import ContactLaw
 from reference_fem.contact.lumped import LumpedContact
 from reference_fem.contact.lumped_law import lumped_law
@@ -72,7 +72,7 @@ def contact_law(body: TouchingBody, settings: Settings) -> ContactLaw:
     quadrature = body.quadrature()
     if settings.contact == "impulse":
         nodes, area = body.free(*quadrature.nodal_area())
-        return ImpulseContact(nodes, area, *np.zeros((2, nodes.size)))
+        return impulse_contact(nodes, area)
     material = body.material
     modulus = contact_modulus(settings.surface_factor, material.plane_strain_modulus, body.radius)
     impedance = material.density * material.bar_speed

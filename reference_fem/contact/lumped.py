@@ -17,7 +17,7 @@ from typing import Annotated
 
 from meshes.bounds import Bound, check_fields
 from reference_fem.arrays import Array
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner
 from reference_fem.contact.friction import return_map, slip_loss
 
 # Places in the law's memory and, after it, of the point's rotation at the last evaluation, ...
@@ -70,7 +70,7 @@ class LumpedContact:
         )
 
 
-@njit(cache=True)
+@inner()
 def lumped_force(
     x: float,
     gap: float,

@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner, use_for
 from reference_fem.contact import law
 from reference_fem.contact.friction import drag, first_touch
-from reference_fem.contact.law import ContactLaw, Memory, Motion
+from reference_fem.contact.law import ContactLaw, Memory, Motion, contact_forces
 
 
 class Springs(NamedTuple):
@@ -37,30 +37,26 @@ class Springs(NamedTuple):
 class SpringContact(ContactLaw):
     """A law of springs; one entry of history per point."""
 
-    springs: Springs
+    parts: Springs
 
     @property
     def sites(self) -> int:
         """Number of points."""
-        return self.springs.area.size
+        return self.parts.area.size
 
     def touching_points(self, position: Array) -> Array:
         """The springs' points, each lowered to the true surface."""
-        if self.springs.facets.shape[1] == 1:  # they are the nodes
+        if self.parts.facets.shape[1] == 1:  # they are the nodes
             return position
-        facets = np.searchsorted(self.nodes, self.springs.facets)
-        points = np.einsum("qa,fad->fqd", self.springs.shape, position[facets])
-        points[..., 1] -= self.springs.out
+        facets = np.searchsorted(self.nodes, self.parts.facets)
+        points = np.einsum("qa,fad->fqd", self.parts.shape, position[facets])
+        points[..., 1] -= self.parts.out
         return points.reshape(-1, position.shape[1])
 
-    def apply(self, motion: Motion, memory: Memory, residual: Array, row: Array) -> None:
-        """See `spring_forces`."""
-        spring_forces(motion, memory, self.springs, residual, row)
 
-
-@njit(cache=True)
+@inner()
 def spring_forces(
-    motion: Motion, memory: Memory, springs: Springs, residual: Array, row: Array
+    springs: Springs, motion: Motion, memory: Memory, residual: Array, row: Array
 ) -> None:
     """Subtract the contact forces of all facets and commit the friction history.
 
@@ -77,7 +73,7 @@ def spring_forces(
 
     motion, memory : see `law`.
     residual : (n_points, dim), internal minus external force, N; changed in place.
-    row : (COLUMNS,), filled with this evaluation's totals; see `ContactLaw.apply`.
+    row : (COLUMNS,), filled with this evaluation's totals; see `law.contact_forces`.
     """
     points, displacement, velocity = motion.points, motion.displacement, motion.velocity
     height, friction, step = motion.height, motion.friction, motion.step
@@ -142,3 +138,6 @@ def spring_forces(
             row[law.SPRING_ENERGY] += 0.5 * (spring * spring + size * size) / k
             row[law.DAMPING] -= (normal - spring) * v_y * step
     row[law.GAP] = lowest
+
+
+use_for(contact_forces, Springs, lambda *args: spring_forces(*args))

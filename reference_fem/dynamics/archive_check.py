@@ -31,7 +31,7 @@ def check_archive(model: Model, archive: Arrays, flight: CoarseFlight | None) ->
         model = flight.model
     whole, points = model.points.shape, model.points.shape[:1]
     memory = model.contact.new_memory(np.zeros(whole), 0.0)
-    angles = np.zeros(len(model.couples))
+    angles = np.zeros(model.couples.joints.size)
     state = State(0, 0.0, np.zeros(whole), np.zeros(whole), memory, 0.0, 0.0, 0.0, angles, 0.0)
     touched = any(name in archive for name in _OF_A_TAP)
     left_out = ("origin_energy_J", *(() if touched else _OF_A_TAP))

@@ -7,7 +7,7 @@ from reference_fem.compiled import njit
 from reference_fem.contact import law
 from reference_fem.dynamics.next_touch import next_touch_s
 from reference_fem.dynamics.state import State
-from reference_fem.dynamics.step import Block, work_of
+from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
 from reference_fem.result import Sample
 
@@ -35,7 +35,7 @@ def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> 
         strain, hourglass = factor * block.stored_J, factor * block.hourglass_J
         fx, fy = model.gravity_vector
         gravity = -(fy * moment_y + fx * moment_x) * factor
-        work = work_of(model, model.torques.at(state.time_s), state.face_angles)
+        work = model.couples.work(model.torques.at(state.time_s), state.face_angles)
         work = (work - state.torque_change_work_J) * factor
         columns = law.SPRING_ENERGY, law.DISSIPATION, law.DAMPING
         springs, friction, damping = (float(row[column]) for column in columns)

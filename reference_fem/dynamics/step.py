@@ -2,16 +2,16 @@
 
 from dataclasses import dataclass, replace
 
+import numba
 import numpy as np
 
-from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
-from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, GAP, Memory, Motion
-from reference_fem.dynamics.central_difference import leapfrog
+from reference_fem.arrays import Array
+from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, Motion
+from reference_fem.dynamics.explicit_steps import explicit_steps
 from reference_fem.dynamics.state import State
-from reference_fem.joints.hinges import Hinges, hinge_reactions
+from reference_fem.joints.constraints import constrain
+from reference_fem.joints.couples import apply_couples, face_angles
 from reference_fem.model import Model
-from reference_fem.ties import Ties, follow, hand_on
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def start_state(
         dissipation_J=0.0,
         damping_J=0.0,
         material_J=0.0,
-        face_angles=_face_angles(model, displacement, near[[c.phalanx for c in model.couples]]),
+        face_angles=face_angles(model.couples, displacement, near[model.couples.phalanges]),
         torque_change_work_J=torque_change_work_J,
     )
     gap = lowest_gap(model, state.displacement)
@@ -87,7 +87,9 @@ def start_state(
     residual = np.empty_like(state.velocity)
     model.kernel.force(state.displacement, residual, (state.velocity, 0.0))
     motion = _motion(model, state.displacement, state.velocity)
-    _less_external(model, motion, model.torques.at(time_s), residual)
+    torques = model.couples.torques(model.torques.at(time_s))
+    apply_couples(model.couples, torques, state.displacement, residual)
+    constrain(motion, residual, model.constraints)
     half = -0.5 * model.step_s
     back = state.velocity - (half * model.inverse_mass)[:, None] * residual
     back[:, :2] += half * np.array(model.gravity_vector)
@@ -104,70 +106,45 @@ def lowest_gap(model: Model, displacement: Array) -> float:
 def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State, Block]:
     """Take `steps` explicit steps; the state that goes in is left as it is.
 
-    A driven face must not turn by half a turn or more within a block: the drive work counts its
-    turns from one block to the next.
+    A steadily driven face must not turn by half a turn or more within a block: the drive work
+    counts its turns from one block to the next.
 
     search : False skips contact: the caller knows that the surface is out of reach.
     """
-    memory = state.memory.copy()
-    touching = memory if search else None
-    residual = np.empty_like(state.displacement)
-    log = np.zeros((steps, COLUMNS))
-    log[:, GAP] = np.inf
-    pressure = np.zeros(len(state.displacement))
-    kernel, lag = model.kernel, 0.5 * model.step_s
-    stored, hourglass, power = kernel.force(
-        state.displacement, residual, (state.velocity, lag), audited=True
-    )
-    # before the first step there was no motion
-    lost = lost_before = state.material_J + (model.step_s * power if state.step else 0.0)
-    torques, torque_change_work = model.torques.at(state.time_s), state.torque_change_work_J
-    u, v = state.displacement.copy(), state.velocity.copy()
-    motion = _motion(model, u, v)
-    reactions = _less_external(model, motion, torques, residual, touching, log[0], pressure)
-    constants = model.inverse_mass, model.gravity_vector, model.step_s
-    leapfrog(u, v, residual, *constants)
-    synchronous = 0.5 * (state.velocity + v)
-    for number in range(1, steps + 1):
-        if not model.torques.steady:
-            before, torques = torques, model.torques.at(state.time_s + number * model.step_s)
-            if (change := torques - before).any():
-                began, ends = (
-                    _face_angles(model, x, state.face_angles) for x in (u - model.step_s * v, u)
-                )
-                torque_change_work += work_of(model, change, 0.5 * (began + ends))
-        if number == steps:
-            break
-        lost += model.step_s * kernel.force(u, residual, (v, lag)).power
-        _less_external(model, motion, torques, residual, touching, log[number])
-        leapfrog(u, v, residual, *constants)
+    memory, u, v = state.memory.copy(), state.displacement.copy(), state.velocity.copy()
+    threads, step, began = numba.get_num_threads(), model.step_s, state.time_s
+    log, power, stored = np.zeros((steps, COLUMNS)), np.zeros(steps), np.empty((threads, 2))
+    times = [began] if model.torques.steady else (began + step * np.arange(steps + 1)).tolist()
+    torques = np.array([model.couples.torques(model.torques.at(time)) for time in times])
+    angles, moving = state.face_angles.copy(), None
+    if model.kernel.damped:
+        moving = v, 0.5 * step, np.empty(threads)
+    reactions, synchronous, pushed, work = explicit_steps(
+        model.kernel.blocks, model.contact.parts, model.constraints, model.couples,
+        _motion(model, u, v), memory, torques, angles, moving, threads, search, log, power, stored,
+    )  # fmt: skip
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
     log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
+    if state.step == 0:  # before the first step there was no motion
+        power[0] = 0.0
+    lost = np.cumsum([state.material_J, *(step * power).tolist()])[1:]
+    pressure, nodes = np.zeros(len(u)), model.contact.nodes
+    pressure[nodes] = pushed[nodes] / model.contact.area
     after = State(
         step=state.step + steps,
-        time_s=state.time_s + steps * model.step_s,
+        time_s=state.time_s + steps * step,
         displacement=u,
         velocity=v,
         memory=memory,
         dissipation_J=float(log[-1, DISSIPATION]),
         damping_J=float(log[-1, DAMPING]),
-        material_J=lost,
-        face_angles=_face_angles(model, u, state.face_angles),
-        torque_change_work_J=torque_change_work,
+        material_J=float(lost[-1]),
+        face_angles=face_angles(model.couples, u, angles),
+        torque_change_work_J=state.torque_change_work_J + work,
     )
-    shown = log, synchronous, lost_before, stored, hourglass, reactions, pressure, search
-    return after, Block(*shown)
-
-
-def work_of(model: Model, torques: Array, angles: Array) -> float:
-    """Σ T θ of joints' torques T (P,) and the angles (n_couples,) of the faces they turn, J."""
-    pairs = zip(model.couples, angles, strict=True)
-    return float(sum(couple.sign * torques[couple.joint] * angle for couple, angle in pairs))
-
-
-def _face_angles(model: Model, displacement: Array, near: Array) -> Array:
-    turned = zip(model.couples, near, strict=True)
-    return np.array([couple.section.angle(displacement, close) for couple, close in turned])
+    strain, hourglass = (sum(of_threads) for of_threads in stored.T.tolist())
+    shown = synchronous, float(lost[0]), strain + hourglass, hourglass, reactions, pressure, search
+    return after, Block(log, *shown)
 
 
 def _motion(model: Model, displacement: Array, velocity: Array) -> Motion:
@@ -182,50 +159,3 @@ def _motion(model: Model, displacement: Array, velocity: Array) -> Motion:
         height=model.surface.height,
         friction=model.surface.friction,
     )
-
-
-def _less_external(
-    model: Model,
-    motion: Motion,
-    torques: Array,
-    residual: Array,
-    memory: Memory | None = None,
-    row: Array | None = None,
-    pressure: Array | None = None,
-) -> Array:
-    """Subtract contact, couples and hinge reactions, which it returns (P, 2), from the residual.
-
-    Contact, if its `memory` is given, comes after all else that acts on its nodes, which a
-    constraint needs to know. Its history is committed; `row` and, if given, `pressure` (n_points,)
-    are filled.
-    """
-    for couple in model.couples:
-        torque = couple.sign * torques[couple.joint]
-        couple.section.apply_couple(torque, motion.displacement, residual)
-    if memory is not None and row is not None:
-        _hand_on(residual, model.ties, model.symmetry)
-        nodes = model.contact.nodes
-        before = None if pressure is None else residual[nodes, 1]
-        model.contact.apply(motion, memory, residual, row)
-        if pressure is not None and before is not None:
-            pressure[nodes] = (before - residual[nodes, 1]) / model.contact.area
-    return np.asarray(_constrain(motion, residual, model.ties, model.symmetry, model.hinges))
-
-
-@njit(cache=True)
-def _constrain(
-    motion: Motion, residual: Array, ties: Ties, symmetry: Index, hinges: Hinges
-) -> Array:
-    """Residual of the constrained motion in place of that of the forces; hinge reactions, N."""
-    _hand_on(residual, ties, symmetry)
-    reactions = hinge_reactions(motion, hinges, residual)
-    follow(residual, motion.inverse_mass, ties)
-    return reactions
-
-
-@njit(cache=True)
-def _hand_on(residual: Array, ties: Ties, symmetry: Index) -> None:
-    """See `ties.hand_on`; r_z = 0 on the symmetry plane, where u_z and v_z start and stay zero."""
-    hand_on(residual, ties)
-    for j in range(symmetry.size):
-        residual[symmetry[j], 2] = 0.0

@@ -1,13 +1,12 @@
-"""Sections of nodes: their best-fit planar rotation, and joint torques as couples on them."""
+"""Sections of nodes: their best-fit planar rotation, and a torque as a couple on them."""
 
 import math
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner, njit
 
 
 class Section(NamedTuple):
@@ -27,28 +26,7 @@ class Section(NamedTuple):
 
         NaN where the displacement is not finite.
         """
-        sine, cosine = cross_and_dot(displacement, *self)
-        angle = math.atan2(sine, cosine)
-        if math.isnan(angle):  # the run has diverged: its audit says so
-            return angle
-        return angle + 2.0 * math.pi * round((near - angle) / (2.0 * math.pi))
-
-    def apply_couple(self, torque: float, displacement: Array, residual: Array) -> None:
-        """Subtract the nodal forces of a torque about Z, N·m, from the residual."""
-        apply_couple(torque, displacement, *self, residual)
-
-
-@dataclass(frozen=True)
-class Couple:
-    """Joint w's torque on phalanx w's first face (from 0), or its reaction on the face before.
-
-    sign : 1, or -1 for a reaction
-    """
-
-    phalanx: int
-    joint: int
-    sign: float
-    section: Section
+        return float(section_angle(self, displacement, near))
 
 
 def build_section(points: Array, nodes: Index, lumped_mass: Array) -> Section:
@@ -58,15 +36,14 @@ def build_section(points: Array, nodes: Index, lumped_mass: Array) -> Section:
     return Section(nodes, np.ascontiguousarray(plane - masses @ plane / masses.sum()), masses)
 
 
-@njit(cache=True)
-def cross_and_dot(
-    displacement: Array, nodes: Index, arms: Array, masses: Array
-) -> tuple[float, float]:
+@inner()
+def cross_and_dot(section: Section, displacement: Array) -> tuple[float, float]:
     """S = Σ m_i e_z·(X_i x x_i) and C = Σ m_i X_i·x_i, from which the current centre drops out.
 
     tan θ = S/C maximizes Σ m_i x_i·R(θ) X_i, the least-squares rotation (Kabsch 1976, in the
     plane).
     """
+    nodes, arms, masses = section
     sine = 0.0
     cosine = 0.0
     for j in range(nodes.size):
@@ -79,9 +56,17 @@ def cross_and_dot(
 
 
 @njit(cache=True)
-def apply_couple(
-    torque: float, displacement: Array, nodes: Index, arms: Array, masses: Array, residual: Array
-) -> None:
+def section_angle(section: Section, displacement: Array, near: float) -> float:
+    """See `Section.angle`."""
+    sine, cosine = cross_and_dot(section, displacement)
+    angle = math.atan2(sine, cosine)
+    if math.isnan(angle):  # the run has diverged: its audit says so
+        return angle
+    return angle + 2.0 * math.pi * round((near - angle) / (2.0 * math.pi))
+
+
+@inner()
+def apply_couple(section: Section, torque: float, displacement: Array, residual: Array) -> None:
     """f_i = t ∂θ/∂x_i = t m_i e_z x R(θ) X_i / ρ,  ρ = Σ m_j x_j·R(θ) X_j.
 
     θ is the face's best-fit rotation (see `cross_and_dot`). The forces follow the face, sum to zero
@@ -91,7 +76,8 @@ def apply_couple(
 
     residual : (n_points, dim), internal minus external force; changed in place.
     """
-    sine, cosine = cross_and_dot(displacement, nodes, arms, masses)
+    nodes, arms, masses = section
+    sine, cosine = cross_and_dot(section, displacement)
     scale = torque / (sine * sine + cosine * cosine)
     for j in range(nodes.size):
         i = nodes[j]

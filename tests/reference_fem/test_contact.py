@@ -10,9 +10,10 @@ from hypothesis import strategies as st
 
 from reference_fem import Material, Settings, Status, Surface
 from reference_fem.contact.friction import drag, return_map
-from reference_fem.contact.impulse import impulse_forces
+from reference_fem.contact.impulse import Stops, impulse_forces
 from reference_fem.contact.law import COLUMNS, DISSIPATION, TANGENTIAL, Memory, Motion
 from reference_fem.contact.penalty import adjoining_cells, nodal_springs, penalty_contact
+from reference_fem.contact.springs import spring_forces
 from reference_fem.stable_step import stable_step
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import SURFACE, body, throw
@@ -69,8 +70,8 @@ def test_a_node_that_turns_round_gives_nothing_back(pull: float, loss: float) ->
     )  # fmt: skip
     memory = Memory(np.ones(1, dtype=np.bool_), np.zeros((1, 1)), np.zeros((1, 1)))
     row = np.zeros(COLUMNS)
-    impulse_forces(motion, memory, np.zeros(1, dtype=np.int64), np.ones(1),
-                   np.array([[pull, normal]]), row)  # fmt: skip
+    stops = Stops(np.zeros(1, dtype=np.int64), np.ones(1))
+    impulse_forces(stops, motion, memory, np.array([[pull, normal]]), row)
     assert row[TANGENTIAL] == pytest.approx(
         math.copysign(friction * normal, pull - mass * speed / step)
     )
@@ -145,7 +146,7 @@ def rebound(share: float, phase: float) -> float:
     law = nodal_springs(np.zeros(1, np.int64), np.ones(1), spring)
     while motion.displacement[0, 1] < 0.0:
         residual = np.zeros((1, 2))
-        law.apply(motion, memory, residual, row)
+        spring_forces(law.parts, motion, memory, residual, row)
         motion.velocity[:] -= residual
         motion.displacement[:] += motion.velocity
     return float(motion.velocity[0, 1])

@@ -231,8 +231,10 @@ def test_the_law_acts_on_the_equator_of_an_end_whose_nodes_stand_out(dim: int) -
     for whole in (False, True):
         law = build_model(mesher(GEOMETRY, replace(COARSE, full_volume=whole)), *given).contact
         assert isinstance(law, LumpedLaw)
-        assert law.radius == 0.5 * GEOMETRY.diameters[-1]
-        assert law.rest[0] == pytest.approx(-sum(GEOMETRY.lengths) + law.radius, abs=1e-12)
+        assert law.parts.radius == 0.5 * GEOMETRY.diameters[-1]
+        assert law.parts.rest[0] == pytest.approx(
+            -sum(GEOMETRY.lengths) + law.parts.radius, abs=1e-12
+        )
 
 
 def test_impossible_taps_are_refused(flat: meshes.FingerMesh) -> None:
@@ -269,10 +271,11 @@ def test_a_rolling_sphere_turns_its_section_too() -> None:
     law: Any = build_model(
         mesh, (rf.Material(1e9, 0.4, 1000.0),) * 3, SURFACE, rf.Drive(), settings
     ).contact
-    section = law.section
+    point = law.parts
+    section = point.section
     inertia = section.masses @ (section.arms**2).sum(axis=1)
-    along, up = law.radius * section.masses * section.arms.T / inertia
-    c = np.column_stack([law.weights - up, along])
-    exact = law.constants.stiffest * ((c**2).sum(axis=1) / section.masses).sum()
-    assert law.radius > 0.0
-    assert law.coupled_eigenvalue == pytest.approx(exact / law.symmetry_factor)
+    along, up = point.radius * section.masses * section.arms.T / inertia
+    c = np.column_stack([point.weights - up, along])
+    exact = law.stiffest * ((c**2).sum(axis=1) / section.masses).sum()
+    assert point.radius > 0.0
+    assert law.coupled_eigenvalue == pytest.approx(exact / point.symmetry_factor)

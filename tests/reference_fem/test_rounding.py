@@ -10,7 +10,7 @@ import meshes
 from meshes.ball import half_ball
 from reference_fem.contact.facet_quadrature import facet_quadrature
 from reference_fem.contact.law import COLUMNS, NORMAL, Memory, Motion
-from reference_fem.contact.springs import SpringContact
+from reference_fem.contact.springs import SpringContact, spring_forces
 from reference_fem.contact.surface import sphere, standing_out, surface_contact
 from tests.reference_fem.boxes import boxes
 
@@ -75,7 +75,7 @@ def pressed(law: SpringContact, points: np.ndarray, depth: float, turn: float) -
     memory = Memory(
         np.zeros(law.sites, dtype=np.bool_), np.zeros((law.sites, 2)), np.zeros((law.sites, 2))
     )
-    law.apply(motion, memory, still.copy(), row)
+    spring_forces(law.parts, motion, memory, still.copy(), row)
     return float(row[NORMAL])
 
 
@@ -96,7 +96,7 @@ def test_force_on_a_pressed_ball_converges_whatever_the_phase_of_its_mesh() -> N
         out = standing_out(ball, quadrature.facets, quadrature.shape)
         law = surface_contact(quadrature, out, modulus, 0.0)
         turns = np.linspace(0.0, share * rim / R, 7)
-        flat = replace(law, springs=law.springs._replace(out=np.zeros_like(out)))
+        flat = replace(law, parts=law.parts._replace(out=np.zeros_like(out)))
         forces = np.array(
             [[pressed(of, ball.points, depth, t) for t in turns] for of in (law, flat)]
         )

@@ -7,6 +7,7 @@ from scipy.integrate import solve_ivp
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.step import advance, start_state
+from reference_fem.joints.couples import apply_couples
 from reference_fem.joints.hinges import mean_weights
 from reference_fem.model import Model, build_model
 from reference_fem.rigid_chain import ChainState, pose
@@ -33,10 +34,11 @@ def test_couples_have_the_torque_and_no_force_on_a_bent_face(model: Model) -> No
     displacement, _ = pose(model.chain, state, model.points, model.body_of_point)
     rng = np.random.default_rng(1)
     displacement += 1e-5 * rng.standard_normal(displacement.shape)
-    for couple, torque in zip(model.couples, DRIVE.torques, strict=True):
+    assert model.couples.joints.tolist() == [0, 1, 2]
+    for face, torque in enumerate(DRIVE.torques):
         residual = np.zeros_like(displacement)
-        own = couple.sign * model.torques.values[0, couple.joint]
-        couple.section.apply_couple(own, displacement, residual)
+        of_joints = np.where(np.arange(3) == face, model.torques.values[0], 0.0)
+        apply_couples(model.couples, model.couples.torques(of_joints), displacement, residual)
         force = -residual  # residual is internal less external force
         x = model.points + displacement
         moment = np.sum(x[:, 0] * force[:, 1] - x[:, 1] * force[:, 0])

@@ -56,13 +56,13 @@ def deck(
     """
     contact = model.contact
     # springs at single nodes are those of 'penalty'
-    if not isinstance(contact, SpringContact) or contact.springs.facets.shape[1] == 1:
+    if not isinstance(contact, SpringContact) or contact.parts.facets.shape[1] == 1:
         raise ValueError(f"{type(contact).__name__}: only 'surface' is a law of CalculiX too")
     points, cells, friction = model.points + displacement, model.cells, model.surface.friction
     outside = points[contact.nodes, 0]
     floor = _floor(model.surface.height, float(outside.mean()), float(np.ptp(outside)))
     plate = len(points) + np.arange(1, 9)[None, :]
-    springs, last = contact.springs, len(cells) + 1
+    springs, last = contact.parts, len(cells) + 1
     modulus = f"{springs.stiffness[0, 0] / springs.area[0, 0]:.9g}"
     lines = [*calculix.nodes("BODY", points), *calculix.nodes("FLOOR", floor, len(points) + 1)]
     lines += calculix.elements(element, "BLOCK", cells + 1)

@@ -75,8 +75,7 @@ def _angular(result: TapResult, model: Model) -> tuple[Array, Array, float]:
     contact = x * f.normal_force_N - y * f.tangential_force_N
     weights = _moment(places, np.array(model.gravity_vector)) @ mass
     signs = np.zeros(model.torques.values.shape[1])
-    for couple in model.couples:
-        signs[couple.joint] += couple.sign * model.symmetry_factor
+    np.add.at(signs, model.couples.joints, model.couples.signs * model.symmetry_factor)
     couples = np.interp(f.time_s, model.torques.times, model.torques.values @ signs)
     rate = contact + np.interp(f.time_s, times, weights) + couples
     impulse = np.abs(x * f.normal_force_N) + np.abs(y * f.tangential_force_N)

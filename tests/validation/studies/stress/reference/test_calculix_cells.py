@@ -66,7 +66,7 @@ def test_the_input_is_the_same_block() -> None:
     result, model = EASY.simulate()
     text = calculix_deck(EASY, model, result.snapshots[0].displacement, 1e-3)
     assert model.contact is not None
-    springs = model.contact.springs  # type: ignore[attr-defined]
+    springs = model.contact.parts
     modulus = (springs.stiffness / springs.area).mean()
     assert f"PRESSURE-OVERCLOSURE=LINEAR\n{modulus:.9g}\n" in text
     nodes = text.split("*NODE,NSET=FLOOR")[0].splitlines()[1:]

@@ -77,7 +77,8 @@ def later_taps(own: Floats, other: Floats) -> tuple[str, ...]:
         follows = ", and what follows is as unknown" * (first + 1 < own.size)
         found = f"peak normal force of tap {first + 1}: {apart}{follows}"
     else:
-        found = f"peak normal forces {percent(float(shares[1:].max()))} apart in two runs at most"
+        most = percent(float(shares[1:].max()))
+        found = f"peak normal forces at most {most} apart in two runs, which may agree by chance"
     return (
         "estimated errors cover the first tap only: later taps depend on the vibration it leaves"
         f" ({found})",

@@ -9,15 +9,18 @@ import pytest
 
 import meshes
 import reference_fem as rf
+from reference_fem.contact.law import COLUMNS, GAP, Motion
 from reference_fem.contact.lumped import (
+    ANCHOR,
     ENERGIES,
     FRICTION_LOSS,
     HYSTERESIS_LOSS,
     MEMORY,
     STORED,
+    TURN,
     lumped_force,
 )
-from reference_fem.contact.lumped_law import LumpedLaw
+from reference_fem.contact.lumped_law import LumpedLaw, lumped_point_forces
 from reference_fem.model import build_model
 from tests.reference_fem.taps import GEOMETRY, SURFACE, tap
 
@@ -264,18 +267,42 @@ def test_one_point_lets_go_on_the_line_of_two_steps() -> None:
     assert found == pytest.approx(2.5)
 
 
-def test_a_rolling_sphere_turns_its_section_too() -> None:
-    """The contact's stiffness is K = k c c^T, so its largest eigenvalue with M is k c^T M^-1 c."""
+@pytest.fixture
+def sphere_law() -> Any:
+    settings, materials = rf.Settings(contact=rf.LumpedContact(1e6)), (rf.Material(1e9, 0.4, 1e3),)
     mesh = meshes.finger_hexahedra(GEOMETRY, COARSE)
-    settings = rf.Settings(contact=rf.LumpedContact(1e6))
-    law: Any = build_model(
-        mesh, (rf.Material(1e9, 0.4, 1000.0),) * 3, SURFACE, rf.Drive(), settings
-    ).contact
-    point = law.parts
+    law = build_model(mesh, materials * 3, SURFACE, rf.Drive(), settings).contact
+    assert isinstance(law, LumpedLaw)
+    assert law.parts.radius > 0.0
+    return law
+
+
+def test_a_rolling_sphere_turns_its_section_too(sphere_law: Any) -> None:
+    """The contact's stiffness is K = k c c^T, so its largest eigenvalue with M is k c^T M^-1 c."""
+    point = sphere_law.parts
     section = point.section
     inertia = section.masses @ (section.arms**2).sum(axis=1)
     along, up = point.radius * section.masses * section.arms.T / inertia
     c = np.column_stack([point.weights - up, along])
-    exact = law.stiffest * ((c**2).sum(axis=1) / section.masses).sum()
-    assert point.radius > 0.0
-    assert law.coupled_eigenvalue == pytest.approx(exact / point.symmetry_factor)
+    exact = sphere_law.stiffest * ((c**2).sum(axis=1) / section.masses).sum()
+    assert sphere_law.coupled_eigenvalue == pytest.approx(exact / point.symmetry_factor)
+
+
+def test_a_rolling_sphere_is_anchored_where_it_crossed_the_surface(sphere_law: Any) -> None:
+    """It falls by 1 m/s and turns by 300 rad/s, without friction: C moves on by R times that."""
+    point, turned, since, rate = sphere_law.parts, 0.5, 1e-6, 300.0
+    nodes = point.section.nodes.max() + 1
+    displacement, velocity = np.zeros((2, nodes, 3))
+    c, s = math.cos(turned) - 1.0, math.sin(turned)
+    displacement[point.section.nodes, :2] = point.section.arms @ np.array([[c, s], [-s, c]])
+    velocity[:, 1] = -1.0
+    step, height = 2.0 * since, point.radius - point.rest[1] - since
+    free = np.zeros((nodes, 3)), displacement, velocity, np.ones(nodes), (0.0, 0.0)
+    memory = sphere_law.new_memory(displacement, turned)
+    memory.anchor[0, TURN] -= rate * step
+    row, residual = np.zeros(COLUMNS), np.zeros((nodes, 3))
+    lumped_point_forces(point, Motion(*free, step, height, 0.0), memory, residual, row)
+    assert row[GAP] == pytest.approx(-since)
+    crossed = point.rest[0] + point.radius * (turned - rate * since)
+    assert memory.anchor[0, ANCHOR] == pytest.approx(crossed, rel=1e-12)
+    assert memory.anchor[0, TURN] == pytest.approx(turned)

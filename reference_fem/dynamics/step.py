@@ -7,10 +7,10 @@ import numpy as np
 
 from reference_fem.arrays import Array
 from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, Motion
-from reference_fem.dynamics.explicit_steps import explicit_steps
+from reference_fem.dynamics.explicit_steps import FirstStep, explicit_steps
 from reference_fem.dynamics.state import State
 from reference_fem.joints.constraints import constrain
-from reference_fem.joints.couples import apply_couples, face_angles
+from reference_fem.joints.couples import apply_couples, turn_faces
 from reference_fem.model import Model
 
 
@@ -75,9 +75,10 @@ def start_state(
         dissipation_J=0.0,
         damping_J=0.0,
         material_J=0.0,
-        face_angles=face_angles(model.couples, displacement, near[model.couples.phalanges]),
+        face_angles=near[model.couples.phalanges],
         torque_change_work_J=torque_change_work_J,
     )
+    turn_faces(model.couples, state.displacement, state.face_angles)
     gap = lowest_gap(model, state.displacement)
     if gap < -ROUNDING * model.surface.height:
         raise CutsSurfaceError(
@@ -89,7 +90,7 @@ def start_state(
     motion = _motion(model, state.displacement, state.velocity)
     torques = model.couples.torques(model.torques.at(time_s))
     apply_couples(model.couples, torques, state.displacement, residual)
-    constrain(motion, residual, model.constraints)
+    constrain(motion, residual, model.constraints, np.empty((model.hinges.size, 2)))
     half = -0.5 * model.step_s
     back = state.velocity - (half * model.inverse_mass)[:, None] * residual
     back[:, :2] += half * np.array(model.gravity_vector)
@@ -113,15 +114,17 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     """
     memory, u, v = state.memory.copy(), state.displacement.copy(), state.velocity.copy()
     threads, step, began = numba.get_num_threads(), model.step_s, state.time_s
-    log, power, stored = np.zeros((steps, COLUMNS)), np.zeros(steps), np.empty((threads, 2))
+    log, power = np.zeros((steps, COLUMNS)), np.zeros(steps)
+    of_hinges, of_points = np.empty((model.hinges.size, 2)), np.zeros(len(u))
+    first = FirstStep(np.empty((threads, 2)), of_hinges, np.empty_like(v), of_points)
     times = [began] if model.torques.steady else (began + step * np.arange(steps + 1)).tolist()
     torques = np.array([model.couples.torques(model.torques.at(time)) for time in times])
     angles, moving = state.face_angles.copy(), None
     if model.kernel.damped:
         moving = v, 0.5 * step, np.empty(threads)
-    reactions, synchronous, pushed, work = explicit_steps(
+    work = explicit_steps(
         model.kernel.blocks, model.contact.parts, model.constraints, model.couples,
-        _motion(model, u, v), memory, torques, angles, moving, threads, search, log, power, stored,
+        _motion(model, u, v), memory, torques, angles, moving, threads, search, log, power, first,
     )  # fmt: skip
     log[:, DISSIPATION] = state.dissipation_J + np.cumsum(log[:, DISSIPATION])
     log[:, DAMPING] = state.damping_J + np.cumsum(log[:, DAMPING])
@@ -129,7 +132,8 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         power[0] = 0.0
     lost = np.cumsum([state.material_J, *(step * power).tolist()])[1:]
     pressure, nodes = np.zeros(len(u)), model.contact.nodes
-    pressure[nodes] = pushed[nodes] / model.contact.area
+    pressure[nodes] = first.pushed[nodes] / model.contact.area
+    turn_faces(model.couples, u, angles)
     after = State(
         step=state.step + steps,
         time_s=state.time_s + steps * step,
@@ -139,12 +143,12 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         dissipation_J=float(log[-1, DISSIPATION]),
         damping_J=float(log[-1, DAMPING]),
         material_J=float(lost[-1]),
-        face_angles=face_angles(model.couples, u, angles),
+        face_angles=angles,
         torque_change_work_J=state.torque_change_work_J + work,
     )
-    strain, hourglass = (sum(of_threads) for of_threads in stored.T.tolist())
-    shown = synchronous, float(lost[0]), strain + hourglass, hourglass, reactions, pressure, search
-    return after, Block(log, *shown)
+    strain, hourglass = (sum(of_threads) for of_threads in first.stored.T.tolist())
+    energies = float(lost[0]), strain + hourglass, hourglass
+    return after, Block(log, first.velocity, *energies, first.reactions, pressure, search)
 
 
 def _motion(model: Model, displacement: Array, velocity: Array) -> Motion:

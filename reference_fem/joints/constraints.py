@@ -31,9 +31,11 @@ def hand_on_forces(residual: Array, constraints: Constraints) -> None:
 
 
 @njit(cache=True)
-def constrain(motion: Motion, residual: Array, constraints: Constraints) -> Array:
-    """Residual of the constrained motion in place of that of the forces; hinge reactions, N."""
+def constrain(motion: Motion, residual: Array, constraints: Constraints, reactions: Array) -> None:
+    """Residual of the constrained motion in place of that of the forces.
+
+    reactions : (P, 2), of hinges, N, filled
+    """
     hand_on_forces(residual, constraints)
-    reactions = hinge_reactions(motion, constraints.hinges, residual)
+    hinge_reactions(motion, constraints.hinges, residual, reactions)
     follow(residual, motion.inverse_mass, constraints.ties)
-    return reactions

@@ -65,9 +65,7 @@ def apply_couples(couples: Couples, torques: Array, displacement: Array, residua
 
 
 @njit(cache=True)
-def face_angles(couples: Couples, displacement: Array, near: Array) -> Array:
-    """Rotations of the faces, (c,) rad, each on the branch nearest to `near` (c,)."""
-    angles = np.empty(near.size)
-    for face in range(near.size):
-        angles[face] = section_angle(_section(couples, face), displacement, near[face])
-    return angles
+def turn_faces(couples: Couples, displacement: Array, angles: Array) -> None:
+    """Bring the rotations of the faces (c,), rad, up to date, each on the nearest branch."""
+    for face in range(angles.size):
+        angles[face] = section_angle(_section(couples, face), displacement, angles[face])

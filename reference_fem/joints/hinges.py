@@ -9,7 +9,7 @@ import numpy as np
 
 from meshes.topology import outer_facets
 from reference_fem.arrays import Array, Index
-from reference_fem.compiled import njit
+from reference_fem.compiled import inner
 from reference_fem.contact.facet_quadrature import facet_areas
 from reference_fem.contact.law import Motion
 from reference_fem.elements.kinds import chord
@@ -115,8 +115,8 @@ def _chord_shares(points: Array, edges: Index, radius: float) -> Array:
     return np.asarray(0.5 * length[:, None] * ((weights * thickness) @ shape))
 
 
-@njit(cache=True)
-def hinge_reactions(motion: Motion, hinges: Hinges, residual: Array) -> Array:
+@inner()
+def hinge_reactions(motion: Motion, hinges: Hinges, residual: Array, reactions: Array) -> None:
     """Solve for the multipliers and add their forces to the residual.
 
     The leapfrog step u' = u + Δt (v + Δt a), a = M⁻¹(-r + Cᵀλ) + f, must end on C u' = 0:
@@ -127,14 +127,13 @@ def hinge_reactions(motion: Motion, hinges: Hinges, residual: Array) -> Array:
 
     residual : (n_points, dim), r, internal minus external force without gravity; changed in place
         to r - Cᵀλ.
-
-    Returns λ (P, 2), the force of each hinge on its proximal set, N.
+    reactions : λ (P, 2), the force of each hinge on its proximal set, N; filled
     """
     displacement, velocity, step = motion.displacement, motion.velocity, motion.step
     inverse_mass, gravity_vector = motion.inverse_mass, motion.gravity_vector
     nodes, weights, starts, inverse_schur = hinges
     count = starts.size - 1
-    right, reactions = np.zeros((count, 2)), np.zeros((count, 2))
+    right = np.zeros((count, 2))
     for h in range(count):
         for j in range(starts[h], starts[h + 1]):
             i = nodes[j]
@@ -155,4 +154,3 @@ def hinge_reactions(motion: Motion, hinges: Hinges, residual: Array) -> Array:
         for j in range(starts[h], starts[h + 1]):
             for d in range(2):
                 residual[nodes[j], d] -= weights[j] * reactions[h, d]
-    return reactions

@@ -1,6 +1,7 @@
 """The explicit loop without contact: parabola, momentum, order, couples and hinges."""
 
 import math
+import signal
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -120,6 +121,22 @@ def test_a_couple_turns_a_free_body_and_does_not_push_it() -> None:
     assert taken.drive_work_J == pytest.approx(torque * state.face_angles[0])
     # An O(dt^2) error of the kinetic energy at t_n is all that the balance may show.
     assert abs(taken.energy_balance_J) < 1e-4 * taken.kinetic_energy_J
+
+
+def test_an_interrupt_while_steps_run_is_one_after_them() -> None:
+    """Of arrays that a kernel returned numba would make Python's, and raise a SystemError."""
+    model = model_of(boxes((0.03,), (0.01,), (3, 2), hinged=False))
+    zero = np.zeros_like(model.points)
+    state = start_state(model, zero, zero, 0.0)
+    advance(model, state, 1, False)  # compiles
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    try:
+        signal.setitimer(signal.ITIMER_REAL, 0.02)
+        with pytest.raises(KeyboardInterrupt):
+            advance(model, state, 100_000, False)
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0.0)
+        signal.signal(signal.SIGALRM, before)
 
 
 def test_torques_over_time_give_their_integral_and_their_work() -> None:

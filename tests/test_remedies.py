@@ -28,6 +28,7 @@ PARAMETERS = {
     "n_cells",
     "hertz_force",
     "add_force",
+    "contact_forces",
     "least_det",
     "flight_mesh",
 }

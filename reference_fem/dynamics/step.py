@@ -9,6 +9,7 @@ from reference_fem.arrays import Array
 from reference_fem.contact.law import COLUMNS, DAMPING, DISSIPATION, Motion
 from reference_fem.dynamics.explicit_steps import FirstStep, explicit_steps
 from reference_fem.dynamics.state import State
+from reference_fem.elements.base import stored_energies
 from reference_fem.joints.constraints import constrain
 from reference_fem.joints.couples import apply_couples, turn_faces
 from reference_fem.model import Model
@@ -119,9 +120,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
     first = FirstStep(np.empty((threads, 2)), of_hinges, np.empty_like(v), of_points)
     times = [began] if model.torques.steady else (began + step * np.arange(steps + 1)).tolist()
     torques = np.array([model.couples.torques(model.torques.at(time)) for time in times])
-    angles, moving = state.face_angles.copy(), None
-    if model.kernel.damped:
-        moving = v, 0.5 * step, np.empty(threads)
+    angles, moving = state.face_angles.copy(), model.kernel.damping(v, 0.5 * step)
     work = explicit_steps(
         model.kernel.blocks, model.contact.parts, model.constraints, model.couples,
         _motion(model, u, v), memory, torques, angles, moving, threads, search, log, power, first,
@@ -146,8 +145,7 @@ def advance(model: Model, state: State, steps: int, search: bool) -> tuple[State
         face_angles=angles,
         torque_change_work_J=state.torque_change_work_J + work,
     )
-    strain, hourglass = (sum(of_threads) for of_threads in first.stored.T.tolist())
-    energies = float(lost[0]), strain + hourglass, hourglass
+    energies = float(lost[0]), *stored_energies(first.stored)
     return after, Block(log, first.velocity, *energies, first.reactions, pressure, search)
 
 

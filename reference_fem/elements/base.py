@@ -22,7 +22,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.elements import loops
-from reference_fem.elements.blocks import Blocks
+from reference_fem.elements.blocks import Blocks, Moving
 from reference_fem.elements.stress import (
     COMPONENTS,
     cauchy_stress,
@@ -65,6 +65,12 @@ class Forces(NamedTuple):
     stored: float
     hourglass: float
     power: float
+
+
+def stored_energies(of_threads: Array) -> tuple[float, float]:
+    """The stored energy and hourglass control's part of it, J, from `blocks.Stored`."""
+    strain, hourglass = (sum(column) for column in of_threads.T.tolist())
+    return strain + hourglass, hourglass
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,6 +123,14 @@ class ElementKernel:
         """Whether any element has a relaxation time."""
         return bool(self.relaxation.any())
 
+    def damping(self, velocity: Array, lag: float) -> Moving:
+        """A velocity (n_nodes, dim), m/s, that lags by `lag`, s, as the kernels take it; None if no
+        element is damped.
+        """
+        if not self.damped:
+            return None
+        return self._checked(velocity), lag, np.empty(numba.get_num_threads())
+
     def force(
         self, displacement: Array, out: Array, moving: tuple[Array, float] | None = None,
         audited: bool = False,
@@ -131,16 +145,11 @@ class ElementKernel:
             8-point ones, 20 % for plane quadrilaterals (measured)
         """
         u, threads = self._checked(displacement, out), numba.get_num_threads()
-        parts, damping = np.empty((threads, 2)) if audited else None, None
-        if moving is not None and self.damped:
-            damping = self._checked(moving[0]), moving[1], np.empty(threads)
+        parts = np.empty((threads, 2)) if audited else None
+        damping = None if moving is None else self.damping(*moving)
         loops.internal_force(self.blocks, u, threads, out, parts, damping)
-        strain = hourglass = power = 0.0
-        if parts is not None:
-            strain, hourglass = (sum(of_threads) for of_threads in parts.T.tolist())
-        if damping is not None:
-            power = float(sum(damping[2].tolist()))
-        return Forces(strain + hourglass, hourglass, power)
+        stored = (0.0, 0.0) if parts is None else stored_energies(parts)
+        return Forces(*stored, 0.0 if damping is None else float(sum(damping[2].tolist())))
 
     def internal_force(self, displacement: Array, out: Array) -> None:
         """`force` without damping and energies."""

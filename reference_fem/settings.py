@@ -210,7 +210,7 @@ class Settings:
     tap_until_s: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
     """A tap's touches are those that begin within this time of its first one, so that two models
     can be compared over the same touches; 0: the rule decides (`dynamics.tap`)."""
-    max_contact_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 5e-3
+    max_contact_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 0.05
     """Longest tap to follow, after `tap_until_s`; beyond it the run ends as STILL_IN_CONTACT."""
     max_flight_time_s: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0
     """Longest fall to wait for; beyond it the run ends as NOT_REACHED."""

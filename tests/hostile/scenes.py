@@ -93,7 +93,7 @@ STEPS = {  # hcm's defaults, and both models' limits of time
     "solver.hcm.contact_tolerance": (1e-11, (1, 0, 0)),
     "solver.hcm.max_flight_time": (2.0, (0, 1, 0)), "solver.fem.max_flight_time": (2.0, (0, 1, 0)),
     "solver.hcm.max_contact_time": (0.05, (0, 1, 0)),
-    "solver.fem.max_contact_time": (5e-3, (0, 1, 0)),
+    "solver.fem.max_contact_time": (0.05, (0, 1, 0)),
 }  # fmt: skip
 RESULTS = {
     "contact_time_s": (0, 1, 0), "tip_velocity_at_contact_m_per_s": (1, -1, 0),

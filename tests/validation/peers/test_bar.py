@@ -5,6 +5,7 @@ import math
 import multiprocessing.spawn
 import subprocess
 from dataclasses import replace
+from multiprocessing import resource_tracker
 
 import numba
 import pytest
@@ -82,6 +83,7 @@ def test_absent_peers_are_named_and_broken_ones_are_rows(monkeypatch: Patch) -> 
 
 
 def test_a_program_that_dies_is_a_row(monkeypatch: Patch) -> None:
+    resource_tracker.ensure_running()  # or it would be this /bin/false too, for all later tests
     monkeypatch.setattr(multiprocessing.spawn, "_python_exe", b"/bin/false")
     row = measure_program(PROGRAMS[1], BAR, "hexahedron_8")
     assert row.status == "failed: no answer: its process ended abruptly (exit code 1)"

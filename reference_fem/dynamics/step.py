@@ -1,6 +1,6 @@
 """A block of explicit steps: state in, state out."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numba
 import numpy as np
@@ -66,36 +66,37 @@ def start_state(
 
     Raises CutsSurfaceError.
     """
-    near = np.zeros(model.touching_body + 1) if angles is None else angles
-    state = State(
-        step=0,
-        time_s=time_s,
-        displacement=np.array(displacement, dtype=np.float64, order="C"),
-        velocity=np.array(velocity, dtype=np.float64, order="C"),
-        memory=model.contact.new_memory(displacement, near[model.touching_body]),
-        dissipation_J=0.0,
-        damping_J=0.0,
-        material_J=0.0,
-        face_angles=near[model.couples.phalanges],
-        torque_change_work_J=torque_change_work_J,
-    )
-    turn_faces(model.couples, state.displacement, state.face_angles)
-    gap = lowest_gap(model, state.displacement)
+    u, v = (np.array(start, dtype=np.float64, order="C") for start in (displacement, velocity))
+    gap = lowest_gap(model, u)
     if gap < -ROUNDING * model.surface.height:
         raise CutsSurfaceError(
             f"surface.height = {model.surface.height}: the surface cuts {-gap:.3g} m into the "
             "finger at the start; put it lower"
         )
-    residual = np.empty_like(state.velocity)
-    model.kernel.force(state.displacement, residual, (state.velocity, 0.0))
-    motion = _motion(model, state.displacement, state.velocity)
+    residual = np.empty_like(v)
+    model.kernel.force(u, residual, (v, 0.0))
+    motion = _motion(model, u, v)
     torques = model.couples.torques(model.torques.at(time_s))
-    apply_couples(model.couples, torques, state.displacement, residual)
+    apply_couples(model.couples, torques, u, residual)
     constrain(motion, residual, model.constraints, np.empty((model.hinges.size, 2)))
     half = -0.5 * model.step_s
-    back = state.velocity - (half * model.inverse_mass)[:, None] * residual
+    back = v - (half * model.inverse_mass)[:, None] * residual
     back[:, :2] += half * np.array(model.gravity_vector)
-    return replace(state, velocity=back)
+    near = np.zeros(model.touching_body + 1) if angles is None else angles
+    of_faces = near[model.couples.phalanges]
+    turn_faces(model.couples, u, of_faces)
+    return State(
+        step=0,
+        time_s=time_s,
+        displacement=u,
+        velocity=back,
+        memory=model.contact.new_memory(u, near[model.touching_body]),
+        dissipation_J=0.0,
+        damping_J=0.0,
+        material_J=0.0,
+        face_angles=of_faces,
+        torque_change_work_J=torque_change_work_J,
+    )
 
 
 def lowest_gap(model: Model, displacement: Array) -> float:

@@ -13,8 +13,7 @@ MESH = meshes.finger_quadrilaterals(
 
 
 def fallen(until_s: float, **settings: float) -> rf.TapResult:
-    rubber, settings = (rf.Material(4.4e7, 0.44, 1000.0),), {"max_contact_time_s": 0.05} | settings
-    surface = rf.Surface(0.0387, 0.27)
+    rubber, surface = (rf.Material(4.4e7, 0.44, 1000.0),), rf.Surface(0.0387, 0.27)
     return tap(MESH, rubber, surface, estimate=False, tap_until_s=until_s, **settings)
 
 

@@ -32,8 +32,8 @@ class Coordinates(NamedTuple):
     inverse_mass: Floats
 
 
-def minimal_coordinates(chain: Chain) -> Coordinates:
-    """Eliminate the hinges of `chain`."""
+def without_hinges(chain: Chain) -> tuple[Ints, Ints]:
+    """`Coordinates.source` and `Coordinates.place` of `chain`."""
     n = chain.scale.size
     source = np.arange(n)
     dropped = np.zeros(n, dtype=bool)
@@ -45,7 +45,13 @@ def minimal_coordinates(chain: Chain) -> Coordinates:
     place = np.flatnonzero(~dropped)
     rank = np.full(n, -1, dtype=np.int64)
     rank[place] = np.arange(place.size)
-    source = np.where(source >= 0, rank[source], -1)
+    return np.where(source >= 0, rank[source], -1), place
+
+
+def minimal_coordinates(chain: Chain) -> Coordinates:
+    """Eliminate the hinges of `chain`."""
+    n = chain.scale.size
+    source, place = without_hinges(chain)
     expand_matrix = np.zeros((n, place.size))
     expand_matrix[source >= 0, source[source >= 0]] = 1.0
     mass = np.zeros((n, n))

@@ -19,7 +19,7 @@ from hcm.chosen import SMALLEST, STATED, Chosen, choose, settings_for
 from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
 from hcm.error_cautions import caution, later_taps, relative_errors, tap_peaks
 from hcm.estimate import USABLE_STATUSES, companion_errors
-from hcm.fall import Fall, bending_wave_stress, magnified, omitted_time
+from hcm.fall import bending_wave_stress, magnified, omitted_time
 from hcm.model import Scene
 from hcm.other_ends import open_ends, with_other_ends
 from hcm.parameters import GAUSS, Finger
@@ -71,6 +71,11 @@ class _Attempt:
         return not self.several and grazes(self.result, share)
 
     @property
+    def unknown(self) -> float:
+        """Share of the tip's speed of approach that a modal flight does not know."""
+        return self.chosen.flight_error if self.chosen.scene.settings.flight == "modal" else 0.0
+
+    @property
     def chance(self) -> bool:
         """Whether two runs may agree on the tap by chance."""
         return self.grazes() or (self.folds and not self.several)
@@ -93,14 +98,14 @@ def simulate_within(
     began, choices = time.perf_counter(), tuple[Choice, ...]()
     chosen = settings_for(accuracy, scene, stated)
     spent = time.perf_counter() - began
-    kept, target = _attempt(chosen, accuracy, progress), accuracy
+    kept, target, modal = _attempt(chosen, accuracy, progress), accuracy, True
     spent += kept.result.statistics.wall_time_s
     for _ in range(MOST_AGAIN):
         target, reason = _finer(kept, accuracy, target)
         if not reason:
             break
-        began = time.perf_counter()
-        chosen = choose(target, scene, stated)
+        began, modal = time.perf_counter(), modal and kept.unknown <= accuracy
+        chosen = choose(target, scene, stated, modal)
         spent += time.perf_counter() - began
         if chosen.scene == kept.chosen.scene:  # all that matters is stated
             break
@@ -133,10 +138,12 @@ def simulate_within(
 def _attempt(chosen: Chosen, accuracy: float, progress: Progress | None) -> _Attempt:
     """Solve, and judge the run if it completed and errors are wanted."""
 
-    def solve(scene: Scene, fall: Fall | None = None) -> TapResult:
-        return solve_once(scene, progress, fall)[0]
+    def solve(scene: Scene) -> TapResult:
+        return solve_once(scene, progress)[0]
 
-    result = solve(chosen.scene, chosen.fall)
+    result, left_out = solve_once(chosen.scene, progress, chosen.fall)
+    if chosen.scene.settings.flight == "modal":
+        chosen = replace(chosen, flight_error=left_out)
     if not (
         chosen.scene.settings.estimate and _touched(result) and result.status is Status.COMPLETED
     ):
@@ -163,6 +170,8 @@ def _finer(run: _Attempt, accuracy: float, target: float) -> tuple[float, str]:
     first, barely = target == accuracy, "the finger folds up, or its tap barely ends"
     if first and _touched(run.result) and run.result.status is Status.UNBALANCED:
         return target / most, "the energy audit of the first run did not close"
+    if run.unknown > accuracy and run.result.status in (Status.COMPLETED, Status.TOO_FLEXIBLE):
+        return target, f"modes leave {run.unknown:.1g} of the speed of approach unknown"
     if expected is None:
         return target, ""
     if run.grazes(min(GRAZE_OVER * target, max(MOST_GRAZED, target))):
@@ -197,7 +206,7 @@ def _coarser(chosen: Chosen, own: TapResult) -> Scene:
     scene, settings = chosen.scene, chosen.scene.settings
     longer, flown, kept, ratio = 1.0, settings.flight_elements, 1, COMPANION_ERROR_RATIO
     if chosen.followed:
-        longer = ratio ** (2 / 3)
+        longer = OTHER_PHASE if settings.flight == "modal" else ratio ** (2 / 3)
         most = max(p.elements for p in scene.finger.phalanges)
         flown = _fewer(min(flown, most), ratio**0.25)
         kept = flown  # no phalanx has more elements in flight than in contact

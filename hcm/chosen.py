@@ -138,8 +138,11 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     return choose(accuracy, scene, stated)
 
 
-def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
-    """`settings_for` without bounds on the accuracy: a second run may need a smaller one."""
+def choose(accuracy: float, scene: Scene, stated: Stated, modal: bool = True) -> Chosen:
+    """`settings_for` without bounds on the accuracy: a second run may need a smaller one.
+
+    modal : whether the flight may be modal.
+    """
     phalanges = scene.finger.phalanges
     fall = rods_fall(scene)
     hertz = None
@@ -149,7 +152,7 @@ def choose(accuracy: float, scene: Scene, stated: Stated) -> Chosen:
     frequency = contact_frequency(phalanges[-1], scene.tip, hertz, speed)
     has_torques = acting_joints(scene.drive, len(phalanges))[0].size > 0
     driven = fall is not None and bool(fall.rods[0].moment.any())
-    flight = choose_flight(accuracy, scene, fall, frequency, driven, stated)
+    flight = choose_flight(accuracy, scene, fall, frequency, driven, stated, modal)
     lumped = not scene.assumptions.any
     in_contact = accuracy / BESIDE if flight.followed else accuracy
     wave = in_contact**0.25 / ELEMENT_SHARE if lumped else in_contact**0.5 / REFINED_ELEMENT_SHARE

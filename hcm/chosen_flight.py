@@ -21,7 +21,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from numpy.polynomial.polynomial import polyval
+
 from hcm.fall import Fall, slowest_frequency
+from hcm.modal_flight import MOST_MODAL, rings
 from hcm.model import Scene
 from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx, Settings
 from hcm.resolution import over_phase
@@ -47,6 +50,11 @@ FREE_END, LONGEST_WAVE = 3e-5, 1.5
 FURTHER = 1.5
 # stages if a vibration limits the steps of 5: steps of 8 are 2.1 times as long and cost 1.6 times
 FOLLOWING_STAGES = 8
+# Steps that follow a vibration and take as long as its modes and the few steps of their flight: a
+# polynomial in the number of elements, measured on 4 to 200 of them.
+AS_LONG = (200.0, 7.0, 0.11)
+# Settings that keep a flight from being modal if they are stated.
+OF_MODES = {"flight", "flight_elements"}
 # steps of a flight whose vibration is not followed; the same over eps^(-1/4) if it is below QUIET
 # of the wanted error. In a dozen, Newton's method often fails on stiff fingers; of 16 louder scenes
 # that bend slowly 5 miss 1e-3 in 45 steps, none in 90; of quiet ones none of 80 misses 1e-2 in 17,
@@ -81,11 +89,13 @@ class FlightChoice:
 
 
 def choose_flight(
-    accuracy: float, scene: Scene, fall: Fall | None, frequency: float, driven: bool, stated: Stated
-) -> FlightChoice:
+    accuracy: float, scene: Scene, fall: Fall | None, frequency: float, driven: bool,
+    stated: Stated, modal: bool = True,
+) -> FlightChoice:  # fmt: skip
     """Choose the flight for an accuracy.
 
-    frequency : w_c of the contact, rad/s. driven : whether torques act before the touch.
+    frequency : w_c of the contact, rad/s. driven : whether torques act before the touch. modal :
+    whether a vibration may be carried to the touch as modes.
     """
     one = (1,) * len(scene.finger.phalanges)
     if fall is None:
@@ -104,7 +114,7 @@ def choose_flight(
         why = "skipped: the finger meets the surface before its tip does"
         step = min(fall.time / FEW_STEPS, 1.0)
         return FlightChoice(_as_rods(accuracy, why, step, "to find that touch"), skips, one)
-    return _elastic(accuracy, scene, fall, frequency, skips, driven, stated)
+    return _elastic(accuracy, scene, fall, frequency, skips, driven, stated, modal)
 
 
 def _ringing(scene: Scene, fall: Fall, driven: bool) -> tuple[float, float]:
@@ -125,7 +135,7 @@ def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Cho
 
 def _elastic(
     accuracy: float, scene: Scene, fall: Fall, frequency: float, skips: float, driven: bool,
-    stated: Stated,
+    stated: Stated, modal: bool,
 ) -> FlightChoice:  # fmt: skip
     """Choose a flight by collocation, in few steps or, if it matters, with the vibration in phase.
 
@@ -153,14 +163,20 @@ def _elastic(
     share = (1.0 if driven else FURTHER) * ringing_share / accuracy
     highest = followed_frequency(scene.finger, frequency, share, decay)
     turn = TURN / (highest * fall.time)
-    stages = STAGES if _in_phase(STAGES, turn) >= highest * longest else FOLLOWING_STAGES
-    stages = stated.get("stages", stages)
-    step = min(_in_phase(stages, turn) / highest, longest)
-    why = f"the vibration, {ringing_share:.1g} of the tap, keeps its phase up to {hz(highest)}"
     wave = _wave(turn, scene.assumptions.has("shear"))
     counts = tuple([count_elements(p, highest, wave) for p in phalanges])
     fewer = "skipped until the touch: finer elements, above that frequency"
     few = Choice("flight_elements", max(counts), fewer)
+    stages = STAGES if _in_phase(STAGES, turn) >= highest * longest else FOLLOWING_STAGES
+    stages = stated.get("stages", stages)
+    step = min(_in_phase(stages, turn) / highest, longest)
+    why = f"the vibration, {ringing_share:.1g} of the tap, keeps its phase up to {hz(highest)}"
+    modal = modal and rings(scene) and sum(counts) <= MOST_MODAL
+    if modal and not OF_MODES & {*stated} and fall.time / step > polyval(sum(counts), AS_LONG):
+        why = f"the vibration, {ringing_share:.1g} of the tap, is added at the touch"
+        long = Choice("flight_step", longest, "skipped until the touch: steps that follow it")
+        carried = (Choice("flight", "modal", why), *elastic[1:], few, long)
+        return FlightChoice(carried, 0.0, counts, True)
     made = (*elastic, few, Choice("flight_step", step, why))
     return FlightChoice(made, 0.0, counts, True, stages)
 

@@ -209,7 +209,8 @@ def estimate_errors(
     bent = bending_wave_stress(left_out * abs(approach[1]), finger.phalanges[-1])
     lasts = max((own.summary.contact_time_s or 0.0) - float(own.history.time_s[0]), 0.0)
     late = omitted_time(left_out, finger, lasts)
-    omitted = left_out / (1.0 if scene.drive.has_torques else LEFT_OUT_OVER)
+    too_large = settings.flight == "rigid" and not scene.drive.has_torques
+    omitted = left_out / (LEFT_OUT_OVER if too_large else 1.0)
     errors = companion_errors(own, other, 2.0 if few else 1.0, omitted, bent, late)
     if folded(own, finger.length) or grazes(own):
         tighter = rescaled_settings(settings, own, TIGHTER ** (1 / 3), most)

@@ -11,7 +11,7 @@ from typing import Annotated, Final, Literal
 
 from hcm.bounds import Bound, ParameterError, check_fields, check_kind
 
-Flight = Literal["elastic", "rigid"]
+Flight = Literal["elastic", "modal", "rigid"]
 FlightIntegrator = Literal["generalized-alpha", "gauss"]
 MaterialLaw = Literal["saint-venant-kirchhoff", "neo-hooke"]
 
@@ -211,8 +211,10 @@ class Settings:
     """Numerical settings; the defaults are the paper's, with a finer flight."""
 
     flight: Flight = "elastic"
-    """Elastic throughout, or rigid until the first touch (`hcm.flight.rigid_flight`), which leaves
-    out the finger's bending and vibration on the way down."""
+    """Elastic throughout; modal until the first touch (`hcm.modal_flight`), in long steps to whose
+    end the vibration of a start at rest is added; or rigid until then
+    (`hcm.flight.rigid_flight`), which leaves out the finger's bending and vibration on the way
+    down."""
     flight_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-4
     """Longest step out of contact."""
     flight_elements: Annotated[int, Bound(integer=True, at_least=0, at_most=10_000)] = 0

@@ -16,6 +16,7 @@ from hcm.contact.build import beyond_checks
 from hcm.estimate import estimate_errors
 from hcm.fall import Fall
 from hcm.flight.rigid_chain import build_rods
+from hcm.modal_flight import fly_modal
 from hcm.model import Model, RigidStart, Scene, build_model, check_scene, rods_state, until_touch
 from hcm.next_touch import bent_touches, next_touch_s
 from hcm.other_ends import with_other_ends
@@ -23,7 +24,7 @@ from hcm.parameters import Drive, Finger, Settings, Surface, Tip
 from hcm.posture import Postures, node_places
 from hcm.resolution import judge_steps
 from hcm.result import History, Statistics, Summary, TapResult, history_of
-from hcm.start import BeamStart, start_beams, start_divided
+from hcm.start import BeamStart, Flown, start_beams, start_divided
 from hcm.state import RunTotals
 from hcm.status import Status
 from hcm.stepping import Progress, SteppingResult, rows_between, take_steps
@@ -118,11 +119,19 @@ def _begin(scene: Scene, model: Model, progress: Progress | None, fall: Fall | N
     few = flight_elements(finger, settings)
     if few is None:
         return start_beams(model)
-    flight = until_touch(build_model(replace(scene, finger=few)), few, assumptions)
-    up = start_beams(flight)
-    taken = take_steps(flight, up, progress)
+    fly = fly_modal if settings.flight == "modal" else _fly_elastic
+    flown = fly(replace(scene, finger=few), progress, fall)
     divide = partial(divided, few=few, many=finger, chain=model.chain, assumptions=assumptions)
-    return start_divided(model, flight, taken.segments, up.motion, taken.status, divide)
+    return start_divided(model, flown, divide)
+
+
+def _fly_elastic(scene: Scene, progress: Progress | None, fall: Fall | None) -> Flown:
+    """A flight that leaves out nothing; scene : with the elements of the flight."""
+    del fall
+    model = until_touch(build_model(scene), scene.finger, scene.assumptions)
+    begun = start_beams(model)
+    taken = take_steps(model, begun, progress)
+    return Flown(model, taken.segments, begun.motion, taken.status)
 
 
 def _result(

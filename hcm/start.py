@@ -148,15 +148,24 @@ def start_after_flight(model: Model, rods: Rods, flight: RigidFlight) -> BeamSta
     return BeamStart(motion, segment, _STATUS[code] if solved else Status.NEWTON_FAILED, left_out)
 
 
-def start_divided(
-    model: Model, flight: Model, segments: list[Segment], motion: Motion, status: Status,
-    divide: Callable[[Floats], Floats],
-) -> BeamStart:  # fmt: skip
+class Flown(NamedTuple):
+    """A flight on elements of its own: their model, history and last state, how it ended, and what
+    it leaves out (`BeamStart`).
+    """
+
+    model: Model
+    segments: list[Segment]
+    motion: Motion
+    status: Status
+    left_out: float = 0.0
+
+
+def start_divided(model: Model, flown: Flown, divide: Callable[[Floats], Floats]) -> BeamStart:
     """Start where a flight on fewer elements ended.
 
-    flight, segments, motion, status : of the fewer elements, and how their flight ended.
     divide : converts coordinates or velocities (m, n) on them to those on the model's elements.
     """
+    flight, segments, motion, status, left_out = flown
     last, start = segments[-1], empty_motion(model.chain)
     start.q[:], start.v[:] = divide(np.array([motion.q, motion.v]))
     fill_chords(start.q, model.chain, start.chords)
@@ -177,7 +186,7 @@ def start_divided(
         model.probe,
     )  # fmt: skip
     segment = first_segment(contact, last.totals, rows, reactions, last.steps, start)
-    return BeamStart(start, segment, status if solved else Status.NEWTON_FAILED)
+    return BeamStart(start, segment, status if solved else Status.NEWTON_FAILED, left_out)
 
 
 @entry

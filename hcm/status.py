@@ -16,7 +16,7 @@ class Status(Enum):
     UNRESOLVED = "the steps do not resolve the tap"
     UNBALANCED = "the energy audit does not close"
     UNREPEATABLE = "too sensitive to rely on"
-    TOO_FLEXIBLE = "too flexible for a rigid flight"
+    TOO_FLEXIBLE = "too flexible for its flight"
     LOSES_HOLD = "the contact loses its hold"
 
     @property

@@ -18,11 +18,13 @@ from hcm.parameters import Finger, Settings
 
 
 def flight_elements(finger: Finger, settings: Settings) -> Finger | None:
-    """The finger with the elements of an elastic flight; None: its own elements throughout."""
+    """The finger with the elements of a flight of its own; None: those of the taps throughout."""
     most = settings.flight_elements
-    if settings.flight == "rigid" or not most:
+    if settings.flight == "rigid" or not (most or settings.flight == "modal"):
         return None
-    return Finger(tuple([replace(p, elements=min(p.elements, most)) for p in finger.phalanges]))
+    counts = [min(p.elements, most or p.elements) for p in finger.phalanges]
+    pairs = zip(finger.phalanges, counts, strict=True)
+    return Finger(tuple([replace(p, elements=n) for p, n in pairs]))
 
 
 def divided(

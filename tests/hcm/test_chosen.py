@@ -184,7 +184,7 @@ def test_a_followed_vibration_is_a_known_angle_out_of_phase_at_the_touch() -> No
     )
     torque, weight = (driven, 1e-3, 1.0, 0.5), (SOFT_SCENE, 1e-5, 1.5 * 0.25, 1.5)
     for scene, accuracy, share, decay in (torque, weight):
-        found, body = settings_for(accuracy, scene), scene.finger
+        found, body = settings_for(accuracy, scene, {"flight": "elastic"}), scene.finger
         assert found.followed
         assert found.fall is not None
         contact = contact_frequency(body.phalanges[-1], scene.tip)

@@ -13,9 +13,7 @@ from hcm.accuracy import simulate_within
 from hcm.chosen import Chosen, settings_for
 from hcm.companion import GRAZE
 from hcm.simulate import solve_once
-from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_TIP, SURFACE, finger
-
-SOFT_SCENE = hcm.Scene(finger(SOFT), SURFACE, SOFT_TIP, settings=NO_ESTIMATE)
+from tests.hcm.cases import RINGING, SOFT, SOFT_SCENE
 
 # Short last phalanges, with their stress at R on 48 elements, Pa.
 SHORT = [

@@ -61,7 +61,7 @@ REFUSED: list[tuple[Any, str, Any, str]] = [
     (hcm.Drive(), "incline", 20, "a finite number in rad, >= -1.5708 and <= 1.5708"),
     (hcm.Drive(), "reaction", "no", "False or True"),
     (hcm.Drive(), "reaction", 1.0, "False or True"),
-    (hcm.Settings(), "flight", np.array([1, 2]), "'elastic' or 'rigid'"),
+    (hcm.Settings(), "flight", np.array([1, 2]), "'elastic' or 'modal' or 'rigid'"),
     (hcm.Assumptions(), "hertz", "false", "False or True"),
 ]
 

@@ -357,7 +357,8 @@ def test_a_rigid_flight_goes_on_from_a_given_start() -> None:
 
 
 def test_another_flight_is_refused_by_name() -> None:
-    with pytest.raises(hcm.ParameterError, match="flight = 'stiff': must be 'elastic' or 'rigid'"):
+    allowed = "'elastic' or 'modal' or 'rigid'"
+    with pytest.raises(hcm.ParameterError, match=f"flight = 'stiff': must be {allowed}"):
         hcm.Settings(flight="stiff")  # type: ignore[arg-type]
 
 

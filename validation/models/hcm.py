@@ -108,7 +108,7 @@ def warm_up_choices() -> None:
     import hcm
 
     warm_up_kernels(Kernels(flight="rigid"))
-    warm_up_kernels(Kernels(flight_integrator="gauss"))
+    warm_up_kernels(Kernels("modal", flight_integrator="gauss"))
     warm_up_kernels(Kernels(contact_integrator="gauss"))
     hcm.simulate_within(1e-2, hcm_scene(load_scene("soft", WARM_UP), estimate=False))
 

@@ -14,13 +14,12 @@ from hcm.arrays import Floats
 from hcm.beam.equations import fill_chords
 from hcm.beam.refinement import beams_of
 from hcm.bounds import ParameterError
-from hcm.contact.law import IN_FLIGHT
 from hcm.fall import Fall, rods_fall
 from hcm.flight.vibration import Vibration, vibration
 from hcm.model import Model, Scene, build_model, rods_state, until_touch
 from hcm.parameters import GAUSS
 from hcm.record import Segment
-from hcm.start import Flown, enter_piece, first_contact, start_beams, write_first_row
+from hcm.start import Flown, first_contact, start_beams, write_first_row
 from hcm.state import Motion
 from hcm.status import Status
 from hcm.stepping import Progress, take_steps
@@ -74,7 +73,6 @@ def fly_modal(scene: Scene, progress: Progress | None, fall: Fall | None) -> Flo
         unknown = ringing.unknown / fall.speed
         motion.q[:] += ringing.bent
         fill_chords(motion.q, model.chain, motion.chords)
-        enter_piece(model, motion, IN_FLIGHT, model.start_s)
     taken = take_steps(model, begun, progress)
     segments = taken.segments
     if ringing is not None and segments[-1].events:
@@ -85,9 +83,7 @@ def fly_modal(scene: Scene, progress: Progress | None, fall: Fall | None) -> Flo
 def _vibrating(model: Model, last: Segment, motion: Motion, ringing: Vibration) -> Segment:
     """Move `motion`, and the end of the history, to where the vibrating tip touches first."""
     chain, integrator, end = model.chain, model.generalized_alpha, last.totals.time
-    a = motion.acceleration.copy()
-    a[np.add.outer(chain.hinge, (0, 1))] = 0.0
-    down = chain.tip + 1
+    a, down = motion.acceleration, chain.tip + 1
     path = np.array([motion.q[down] + integrator.law.height, motion.v[down], 0.5 * a[down]])
     time = _first_touch(end, SHARE * model.limits.flight_step, path, down, ringing)
     since, (more_q, more_v) = time - end, ringing.at(time)

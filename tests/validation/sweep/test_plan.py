@@ -130,7 +130,10 @@ TORQUES = '"drive.torques" = { values = [[0]] }\n'
             PLAN.replace('["hcm"]', '[{ model = "hcm", set = { "solver.hcm.flight" = "rigd" } }]'),
             "models.set.solver.hcm.flight = 'rigd': must be 'elastic', 'modal' or 'rigid'",
         ),
-        (HEAD + '[vary]\n"solver.hcm.flight" = { values = [1979-05-27] }', "must be 'elastic', 'modal' or"),
+        (
+            HEAD + '[vary]\n"solver.hcm.flight" = { values = [1979-05-27] }',
+            "must be 'elastic', 'modal' or",
+        ),
         (HEAD + '[vary]\n"solver.hcm.hertz" = { values = [2] }', "= 2: must be true or false"),
         (
             PLAN.replace("[set]", '[set]\n"solver.hcm.flight" = 1979-05-27'),

@@ -3,7 +3,8 @@
 Sudden loads excite a vibration of the beams, of speed V_0 (`rigid_chain.reactions` at the start);
 slow ones bend them, which counts as a speed V_1 (the same at the touch). Rods leave out both.
 Collocation in few steps includes the bending, but the vibration then has an arbitrary phase at the
-touch. If that matters, the vibration is followed in phase up to a frequency w_f. Its speed at the
+touch. If that matters, the vibration is followed in phase up to a frequency w_f, or added as modes
+(`hcm.modal_flight`) where a start at rest excites it and that takes less time. Its speed at the
 tip falls with w^-p, p = 1/2 after a sudden torque, 3/2 after a sudden weight, and above the
 contact's frequency w_c the spring transmits a share w_c/w. The rest changes the tap by eps if
 

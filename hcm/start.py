@@ -41,7 +41,7 @@ class BeamStart(NamedTuple):
 
     motion : their state, which the loop overwrites. segment : the history up to and including that
     moment. status : COMPLETED if they may go on, else why not. left_out : speed of the vibration
-    that a flight as rods may leave out, over the tip's speed of approach.
+    that a rigid or modal flight may leave out, over the tip's speed of approach.
     """
 
     motion: Motion

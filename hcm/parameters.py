@@ -212,7 +212,7 @@ class Settings:
 
     flight: Flight = "elastic"
     """Elastic throughout; modal until the first touch (`hcm.modal_flight`), in long steps to whose
-    end the vibration of a start at rest is added; or rigid until then
+    end the vibration of a start at rest is added (rows before it are without); or rigid until then
     (`hcm.flight.rigid_flight`), which leaves out the finger's bending and vibration on the way
     down."""
     flight_step: Annotated[float, Bound("s", above=0, at_most=1)] = 1e-4

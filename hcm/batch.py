@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numba
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from hcm.accuracy import simulate_within
 from hcm.bounds import Bound, check_kind
@@ -105,7 +106,8 @@ def _outcomes(
 ) -> Iterator[Outcome]:
     stop = _FORKED.RawValue("b")
     for scene in islice(given, 1):
-        first = _tap(scene, accuracy)
+        with threadpool_limits(1, user_api="blas"):  # as in the workers: other threads, other bits
+            first = _tap(scene, accuracy)
         if first.status == Status.INTERRUPTED.name:  # here an interrupt is the caller's
             raise KeyboardInterrupt
         yield first
@@ -166,9 +168,13 @@ def _alone(scene: Scene | ParameterError, accuracy: float | None, stop: Any) -> 
 
 
 def _begin(stop: Any) -> None:
-    """Set up a worker: `stop` ends its runs between calls of the loop; it dies with its parent."""
+    """Set up a worker: `stop` ends its runs between calls of the loop; it dies with its parent.
+
+    A modal flight's eigenproblems have one thread each, as each core has its own scene.
+    """
     global _stop
     _stop = stop
+    threadpool_limits(1, user_api="blas")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_outlive, daemon=True).start()
 

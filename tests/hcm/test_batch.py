@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray
+from threadpoolctl import threadpool_limits
 
 import hcm
 from hcm import batch, loop, stepping
@@ -53,6 +54,19 @@ def test_each_scene_has_the_bits_of_its_own_run() -> None:
         assert outcome.steps == alone.statistics.steps
     assert many[-1].errors
     assert len({outcome.summary for outcome in many}) == len(many) - 1
+
+
+def test_scenes_have_the_bits_of_one_thread_of_linear_algebra() -> None:
+    """Eigenproblems of a modal flight have other last bits on two threads (and take longer)."""
+    modal = replace(CHEAP, flight="modal", flight_integrator="gauss", flight_step=1e-3)
+    body = hcm.Finger((hcm.Phalanx(0.039, 0.007, 2e8, 2000.0), replace(SOFT, length=0.024)))
+    fall = hcm.Scene(body, hcm.Surface(0.05, 0.5), SOFT_TIP, settings=modal)
+    falls = [replace(fall, surface=hcm.Surface(height, 0.5)) for height in (0.04, 0.045, 0.05)]
+    with threadpool_limits(1, user_api="blas"):
+        alone = [hcm.simulate_scene(scene).summary for scene in falls]
+    with threadpool_limits(2, user_api="blas"):
+        many = [outcome.summary for outcome in hcm.simulate_each(falls, workers=2)]
+    assert many == alone
 
 
 def test_a_datasets_numbers_are_its_own() -> None:

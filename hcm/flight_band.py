@@ -7,7 +7,6 @@ mean of d(v_n) over half its duration.
 """
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,14 +18,19 @@ from hcm.result import History, TapResult
 FLIGHT_SHARE, SAMPLES = 0.1, 400
 
 
-def positions(history: History, time: Floats) -> Floats:
-    """Height of the tip (m) at `time`, a cubic in each step through its heights and velocities."""
-    t, y, v = history.time_s, history.tip_position_m[:, 1], history.tip_velocity_m_per_s[:, 1]
+def tip_motion(history: History, time: Floats) -> tuple[Floats, Floats]:
+    """Positions (m) and velocities (m/s) of the tip at `time` (T,), each (T, 2): a cubic in each
+    step through its positions and velocities, and its derivative.
+    """
+    t, x, v = history.time_s, history.tip_position_m, history.tip_velocity_m_per_s
     i = np.clip(t.searchsorted(time, side="right") - 1, 0, t.size - 2)
-    h = t[i + 1] - t[i]
-    s = (time - t[i]) / np.where(h > 0.0, h, 1.0)
-    p = s * s * (3.0 - 2.0 * s)
-    return (1 - p) * y[i] + p * y[i + 1] + h * s * (1 - s) * ((1 - s) * v[i] - s * v[i + 1])
+    h = (t[i + 1] - t[i])[:, None]
+    h[h <= 0.0] = 1.0  # of a double row, at whose time s = 0
+    s = (time - t[i])[:, None] / h
+    p, moved = s * s * (3.0 - 2.0 * s), x[i + 1] - x[i]
+    at = (1 - p) * x[i] + p * x[i + 1] + h * s * (1 - s) * ((1 - s) * v[i] - s * v[i + 1])
+    rate = 6 * s * (1 - s) * moved / h + (1 - s) * (1 - 3 * s) * v[i] + s * (3 * s - 2) * v[i + 1]
+    return at, rate
 
 
 @dataclass(frozen=True)
@@ -64,18 +68,13 @@ def flight_band(own: TapResult, other: TapResult) -> FlightBand:
     def band(difference: Floats) -> float:
         return 2.0 * math.sqrt(float(np.mean(difference * difference)))
 
-    def apart(column: Callable[[History], Floats]) -> float:
-        return band(np.interp(time, a.time_s, column(a)) - np.interp(time, b.time_s, column(b)))
-
-    velocity = (
-        apart(lambda h: h.tip_velocity_m_per_s[:, 0]),
-        apart(lambda h: h.tip_velocity_m_per_s[:, 1]),
-    )
-    height = positions(a, time) - positions(b, time)
+    (x, v), (other_x, other_v) = tip_motion(a, time), tip_motion(b, time)
+    velocity = band(v[:, 0] - other_v[:, 0]), band(v[:, 1] - other_v[:, 1])
+    height = x[:, 1] - other_x[:, 1]
     approach = velocity[1]
     if lag > 0.0:
         earlier = time[time <= end - lag]
-        approach = band(
-            positions(a, earlier + lag) - positions(b, earlier + lag) - height[: earlier.size]
-        ) / lag  # fmt: skip
-    return FlightBand(band(height), velocity, approach, apart(lambda h: h.stress_R_Pa))
+        later, other_later = tip_motion(a, earlier + lag)[0], tip_motion(b, earlier + lag)[0]
+        approach = band(later[:, 1] - other_later[:, 1] - height[: earlier.size]) / lag
+    stress = np.interp(time, a.time_s, a.stress_R_Pa) - np.interp(time, b.time_s, b.stress_R_Pa)
+    return FlightBand(band(height), velocity, approach, band(stress))

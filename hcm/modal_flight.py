@@ -85,14 +85,16 @@ def _vibrating(model: Model, last: Segment, motion: Motion, ringing: Vibration) 
     chain, integrator, end = model.chain, model.generalized_alpha, last.totals.time
     a, down = motion.acceleration, chain.tip + 1
     path = np.array([motion.q[down] + integrator.law.height, motion.v[down], 0.5 * a[down]])
-    time = _first_touch(end, SHARE * model.limits.flight_step, path, down, ringing)
+    near = SHARE * model.limits.flight_step
+    time = _first_touch(end, near, path, down, ringing)
     since, (more_q, more_v) = time - end, ringing.at(time)
     motion.q[:] += since * (motion.v + 0.5 * since * a) + more_q
     motion.v[:] += since * a + more_v
     fill_chords(motion.q, chain, motion.chords)
     contact = first_contact(motion, chain.tip, integrator.law)
     totals = last.totals._replace(time=time, phase_start=time)
-    kept = np.flatnonzero(last.rows[:, 0] < time)
+    # rows just before the touch lack what the vibration moves, by which velocities would jump
+    kept = np.flatnonzero(last.rows[:, 0] < time - near)
     kept = np.append(kept[kept < len(last.rows) - 1], len(last.rows) - 1)
     rows, reactions = last.rows[kept], last.reactions[kept]
     write_first_row(rows[-1], reactions[-1], True, motion, totals, contact, integrator, model.probe)

@@ -20,7 +20,7 @@ from hcm.estimate import (
     signed_error,
     turn_band,
 )
-from hcm.flight_band import flight_band, positions, touch_band
+from hcm.flight_band import flight_band, tip_motion, touch_band
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 ONE = hcm.Finger((replace(SOFT, youngs_modulus=65e6, elements=20),))
@@ -536,7 +536,10 @@ def test_a_path_of_third_order_is_known_between_its_rows() -> None:
     cubic = np.polynomial.Polynomial([0.2, -1.0, 0.7, -0.4])
     run = path(rows, cubic(rows), cubic.deriv()(rows), 1.5)
     time = np.linspace(0.0, 1.5, 31)
-    assert positions(run.history, time) == pytest.approx(cubic(time), abs=1e-14)
+    at, rate = tip_motion(run.history, time)
+    assert at[:, 1] == pytest.approx(cubic(time), abs=1e-14)
+    assert rate[:, 1] == pytest.approx(cubic.deriv()(time), abs=1e-14)
+    assert (at[:, 0] == 0.0).all()
 
 
 @pytest.mark.parametrize("first", ["own", "other"])

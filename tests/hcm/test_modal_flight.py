@@ -201,12 +201,15 @@ def test_the_state_at_the_touch_is_that_of_a_start_there() -> None:
     assert (motion.chords == chords).all()
 
 
-def test_rows_after_an_earlier_touch_are_dropped(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hcm.modal_flight._first_touch", lambda end, *rest: 0.9 * end)
+def test_rows_after_an_earlier_touch_or_just_before_it_are_dropped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("hcm.modal_flight._first_touch", lambda end, *rest: 0.902 * end)
     _, exact, found = both_flights(LIMP, 1e-4)
     times = np.concatenate([segment.rows[:, 0] for segment in found.segments])
-    assert (np.diff(times) > 0.0).all()
-    assert times[-1] == pytest.approx(0.9 * exact.segments[-1].totals.time, rel=1e-2)
+    step = found.model.limits.flight_step
+    assert np.diff(times).min() > 0.099 * step
+    assert times[-1] == pytest.approx(0.902 * exact.segments[-1].totals.time, rel=1e-2)
 
 
 def test_the_bent_shape_turns_no_rod_and_has_converged(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -174,8 +174,8 @@ def _begin(stop: Any) -> None:
     """
     global _stop
     _stop = stop
-    threadpool_limits(1, user_api="blas")
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    threadpool_limits(1, user_api="blas")
     Thread(target=_outlive, daemon=True).start()
 
 

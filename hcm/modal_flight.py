@@ -94,8 +94,8 @@ def _vibrating(model: Model, last: Segment, motion: Motion, ringing: Vibration) 
     contact = first_contact(motion, chain.tip, integrator.law)
     totals = last.totals._replace(time=time, phase_start=time)
     # rows just before the touch lack what the vibration moves, by which velocities would jump
-    kept = np.flatnonzero(last.rows[:, 0] < time - near)
-    kept = np.append(kept[kept < len(last.rows) - 1], len(last.rows) - 1)
+    kept = last.rows[:, 0] < time - near
+    kept[-1] = True
     rows, reactions = last.rows[kept], last.reactions[kept]
     write_first_row(rows[-1], reactions[-1], True, motion, totals, contact, integrator, model.probe)
     return last._replace(contact=contact, totals=totals, rows=rows, reactions=reactions)
@@ -114,7 +114,7 @@ def _first_touch(end: float, most: float, path: Floats, down: int, ringing: Vibr
 
     furthest = float(np.abs(ringing.modes[:, down]).sum())
     reach = min(WIDER * furthest / max(abs(float(path[1])), 1e-300), most)
-    periods = 2.0 * reach * float(ringing.frequency.max(initial=0.0)) / (2.0 * np.pi)
+    periods = reach * float(ringing.frequency.max(initial=0.0)) / np.pi  # from -reach to reach
     times = np.linspace(-reach, reach, min(max(int(PER_PERIOD * periods), FEWEST), MOST))
     below = np.flatnonzero(height(times) <= 0.0)
     if not below.size or below[0] == 0:

@@ -22,9 +22,8 @@ def flight_elements(finger: Finger, settings: Settings) -> Finger | None:
     most = settings.flight_elements
     if settings.flight == "rigid" or not (most or settings.flight == "modal"):
         return None
-    counts = [min(p.elements, most or p.elements) for p in finger.phalanges]
-    pairs = zip(finger.phalanges, counts, strict=True)
-    return Finger(tuple([replace(p, elements=n) for p, n in pairs]))
+    few = [replace(p, elements=min(p.elements, most or p.elements)) for p in finger.phalanges]
+    return Finger(tuple(few))
 
 
 def divided(

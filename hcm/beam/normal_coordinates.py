@@ -19,8 +19,8 @@ class NormalCoordinates(NamedTuple):
 
     place : (c,) one bordered place of each hinge-free coordinate. band : places in `banded_ldl`'s
     storage, (2, b), of the matrix's lower half. entries : (2, b) their places in a dense matrix,
-    and in its upper half. lower : (c, c) Cholesky's factor of N^T M N, scaled by the places' units.
-    to_places : (c, n) T.
+    and in its upper half. lower : (c, c) Cholesky's factor of N^T M N, scaled by the places' units,
+    and its inverse. to_places : (c, n) T.
     """
 
     chain: Chain
@@ -29,6 +29,7 @@ class NormalCoordinates(NamedTuple):
     band: Ints
     entries: Ints
     lower: Floats
+    inverse: Floats
     to_places: Floats
 
 
@@ -45,11 +46,12 @@ def normal_coordinates(chain: Chain, law: Law) -> NormalCoordinates:
     # what is on the diagonal of the band is counted once
     entries = np.array([row * c + column, np.where(back > 0, column * c + row, c * c)])
     none = np.empty((0, 0))
-    bare = NormalCoordinates(chain, law, place, band, entries, none, none)
+    bare = NormalCoordinates(chain, law, place, band, entries, none, none, none)
     lower = np.linalg.cholesky(mass_and_stiffness(bare, np.zeros((1, source.size)), 0.0)[0])
+    inverse = np.linalg.inv(lower)
     to_places = np.zeros((c, source.size))
-    to_places[:, held] = np.linalg.inv(lower)[:, source[held]] * chain.scale[held]
-    return bare._replace(lower=lower, to_places=to_places)
+    to_places[:, held] = inverse[:, source[held]] * chain.scale[held]
+    return bare._replace(lower=lower, inverse=inverse, to_places=to_places)
 
 
 def mass_and_stiffness(of: NormalCoordinates, q: Floats, weight: float = 1.0) -> Floats:

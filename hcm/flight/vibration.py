@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
+from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from hcm.arrays import Floats, Ints
@@ -84,7 +85,7 @@ def vibration(chain: Chain, law: Law, lengths: Floats, flight: RigidFlight) -> V
     path = CubicHermiteSpline(flight.time, flight.states[:, :links], flight.states[:, links:])
     states = np.concatenate([path(times), path(times, 1)], axis=1)
     q, v, bent = _bent(states, lengths, of)
-    inverse = np.linalg.inv(of.lower)
+    inverse = of.inverse
     squares, shapes = np.linalg.eigh(inverse @ mass_and_stiffness(of, q) @ inverse.T)
     # M + K has 1 + w^2; the first P modes turn the rods at their joints, without a frequency
     frequency = np.sqrt(np.maximum(squares - 1.0, 1.0))
@@ -169,7 +170,7 @@ def fill_rods(
             fill_rigid_motion(state, lengths, chain, q[k], turns[k, w])
 
 
-def _followed(kept: Ints, shapes: Floats) -> tuple[Ints, Floats, Floats]:
+def _followed(kept: Ints, shapes: Floats) -> tuple[Ints, Floats, NDArray[np.bool_]]:
     """Numbers (K, k) of the modes into which `kept` (k,) turn, the signs (k,) of their last shapes,
     and whether they keep their identity, (k,).
 

@@ -5,10 +5,10 @@ compression-restitution and stick-slip events; generalized-alpha or Gauss colloc
 flight and in contact.
 """
 
-from hcm.accuracy import simulate_within
+from hcm.accuracy.chosen import SMALLEST, Chosen, settings_for
+from hcm.accuracy.simulate_within import simulate_within
 from hcm.assumptions import Assumptions
 from hcm.batch import Outcome, simulate_each, simulate_many
-from hcm.chosen import SMALLEST, Chosen, settings_for
 from hcm.model import RigidStart, Scene
 from hcm.parameters import (
     Drive,
@@ -20,10 +20,10 @@ from hcm.parameters import (
     Tip,
     TorqueTable,
 )
-from hcm.posture import Posture
-from hcm.result import Accuracy, Choice, Event, History, Statistics, Summary, TapResult
+from hcm.results.posture import Posture
+from hcm.results.result import Accuracy, Choice, Event, History, Statistics, Summary, TapResult
+from hcm.results.status import Status
 from hcm.simulate import simulate, simulate_scene
-from hcm.status import Status
 from hcm.vary import vary
 
 __all__ = [

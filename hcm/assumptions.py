@@ -56,7 +56,7 @@ class Assumptions:
     """The stress at R is Cauchy's at finite strain, as the finite elements read it, instead of E
     times the strain."""
     whole_tap: bool | None = None
-    """A touch that soon follows a separation belongs to the same tap (`hcm.tap`)."""
+    """A touch that soon follows a separation belongs to the same tap (`hcm.taps.tap`)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

@@ -23,16 +23,16 @@ import numba
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from hcm.accuracy import simulate_within
+from hcm.accuracy.chosen import check_accuracy
+from hcm.accuracy.simulate_within import simulate_within
 from hcm.bounds import Bound, check_kind
-from hcm.chosen import check_accuracy
-from hcm.dataset import unit_of
-from hcm.error_cautions import TITLES
+from hcm.estimates.error_cautions import TITLES
 from hcm.model import Scene
 from hcm.parameters import ParameterError
-from hcm.result import Errors, Summary
+from hcm.results.dataset import unit_of
+from hcm.results.result import Errors, Summary
+from hcm.results.status import Status
 from hcm.simulate import simulate_scene
-from hcm.status import Status
 
 if TYPE_CHECKING:
     import xarray

@@ -8,7 +8,8 @@ can be interrupted.
 import math
 
 from hcm.arrays import Floats
-from hcm.beam.equations import depends_on_velocity
+from hcm.assembly.equations import depends_on_velocity
+from hcm.assembly.state import LAST_STEP, Motion, RunTotals, StepLimits, advance_totals
 from hcm.beam.outline import Outline, depth
 from hcm.beam.probe import Probe
 from hcm.compiled import ByKind, entry_with, inlined, kernel
@@ -23,17 +24,16 @@ from hcm.contact.events import LIFT_OFF, TOUCH, transition
 from hcm.contact.law import FLIGHT, FREE, STICK, ContactState, without_history
 from hcm.integrators.event_search import NO_EVENT
 from hcm.integrators.generalized_alpha import change_step
-from hcm.integrators.stage_rows import (
+from hcm.integrators.step import AnyIntegrator, loss_of_step, with_coefficients
+from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
+from hcm.integrators.workspace import trapezoidal
+from hcm.results.record import Record, write_row
+from hcm.results.stage_rows import (
     fill_frames,
     friction_of_step,
     rows_of_step,
     write_between,
 )
-from hcm.integrators.step import AnyIntegrator, loss_of_step, with_coefficients
-from hcm.integrators.step_size import REPEATS, accepted_step, event_tolerances
-from hcm.integrators.workspace import trapezoidal
-from hcm.record import Record, write_row
-from hcm.state import LAST_STEP, Motion, RunTotals, StepLimits, advance_totals
 
 # Why the loop returned.
 RUNNING, DONE, NEWTON_FAILED, FLIGHT_TOO_LONG, CONTACT_TOO_LONG, BODY_TOUCHES = 0, 1, 2, 3, 4, 5

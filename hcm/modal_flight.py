@@ -11,17 +11,17 @@ from numpy.polynomial.polynomial import polyval
 from scipy.optimize import brentq
 
 from hcm.arrays import Floats
-from hcm.beam.equations import fill_chords
+from hcm.assembly.equations import fill_chords
+from hcm.assembly.state import Motion
 from hcm.beam.refinement import beams_of
 from hcm.bounds import ParameterError
-from hcm.fall import Fall, rods_fall
+from hcm.flight.fall import Fall, rods_fall
 from hcm.flight.vibration import Vibration, vibration
 from hcm.model import Model, Scene, build_model, rods_state, until_touch
 from hcm.parameters import GAUSS
-from hcm.record import Segment
+from hcm.results.record import Segment
+from hcm.results.status import Status
 from hcm.start import Flown, first_contact, start_beams, write_first_row
-from hcm.state import Motion
-from hcm.status import Status
 from hcm.stepping import Progress, take_steps
 
 # Most elements of a modal flight: eigenproblems of 200 take 3 s and 0.4 GB.

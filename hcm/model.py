@@ -17,6 +17,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assembly.state import StepLimits
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.chain import Chain, build_chain
 from hcm.beam.customized_mass import customized
@@ -31,9 +32,8 @@ from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.step import AnyIntegrator
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import GAUSS, Drive, Finger, ParameterError, Settings, Surface, Tip
-from hcm.record import FrameTable
-from hcm.state import StepLimits
-from hcm.tap import TapEndRule, tap_ends
+from hcm.results.record import FrameTable
+from hcm.taps.tap import TapEndRule, tap_ends
 
 
 @dataclass(frozen=True)

@@ -242,7 +242,7 @@ class Settings:
     """The run ends at the separation that ends this many taps, unless `end_time` is given."""
     tap_until: Annotated[float, Bound("s", at_least=0, at_most=LONGEST_S)] = 0.0
     """With `whole_tap`, a tap's touches are those that begin within this time of its first one, to
-    compare another model's tap over the same touches; 0: the rule decides (`hcm.tap`)."""
+    compare another model's tap over the same touches; 0: the rule decides (`hcm.taps.tap`)."""
     end_time: Annotated[float | None, Bound("s", above=0, at_most=LONGEST_S)] = None
     """If given, the run goes on through further taps until then."""
     max_flight_time: Annotated[float, Bound("s", above=0, at_most=LONGEST_S)] = 2.0
@@ -267,7 +267,7 @@ class Settings:
     `flight_tolerance` bounds what the last term of a step's polynomial adds to it."""
     contact_integrator: FlightIntegrator = GENERALIZED_ALPHA
     """Generalized-alpha, or Gauss: collocation in contact too, in far longer steps, each of which
-    has a row of the history at each stage (`hcm.integrators.stage_rows`)."""
+    has a row of the history at each stage (`hcm.results.stage_rows`)."""
     stages: Annotated[int, Bound(integer=True, at_least=2, at_most=12)] = STAGES
     """Stages of a step of collocation; its order is twice their number. With more stages the length
     of a step that keeps a vibration in phase grows faster than its cost."""
@@ -275,7 +275,7 @@ class Settings:
     """Times, in rising order, at which the posture is kept (interpolated, steps unchanged)."""
     estimate: bool = True
     """Whether the errors of the first tap's numbers are estimated, which takes a second, cheaper
-    solve, and a third one for folded fingers and taps that barely end (`hcm.estimate`)."""
+    solve, and a third one for folded fingers and taps that barely end (`hcm.estimates`)."""
 
     def __post_init__(self) -> None:
         check_fields(self)

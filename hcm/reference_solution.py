@@ -15,14 +15,14 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from hcm.arrays import Floats
+from hcm.assembly.minimal_coordinates import Coordinates, expand, minimal_coordinates, rate
 from hcm.beam.chain import Chain, build_chain
 from hcm.beam.drive import Piece, piece_at, set_drive, torques_on_nodes
-from hcm.beam.minimal_coordinates import Coordinates, expand, minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TO_RESTITUTION, event_values, transition
 from hcm.contact.law import FLIGHT, FREE, IN_FLIGHT, ContactLaw, ContactState, contact_law
 from hcm.model import check_scene
 from hcm.parameters import Drive, Finger, Surface, Tip
-from hcm.result import EVENT_KINDS, Event
+from hcm.results.result import EVENT_KINDS, Event
 
 Slots = tuple[float, float, float, float]
 

@@ -8,28 +8,28 @@ from functools import partial
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assembly.state import RunTotals
 from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.division import divided, flight_elements
 from hcm.beam.outline import depth
 from hcm.bounds import ParameterError, check_kind
 from hcm.contact.build import beyond_checks
-from hcm.estimate import estimate_errors
-from hcm.fall import Fall
+from hcm.estimates.estimate import estimate_errors
+from hcm.estimates.other_ends import with_other_ends
+from hcm.estimates.resolution import judge_steps
+from hcm.flight.fall import Fall
 from hcm.flight.rigid_chain import build_rods
 from hcm.modal_flight import fly_modal
 from hcm.model import Model, RigidStart, Scene, build_model, check_scene, rods_state, until_touch
-from hcm.next_touch import bent_touches, next_touch_s
-from hcm.other_ends import with_other_ends
 from hcm.parameters import Drive, Finger, Settings, Surface, Tip
-from hcm.posture import Postures, node_places
-from hcm.resolution import judge_steps
-from hcm.result import History, Statistics, Summary, TapResult, history_of
+from hcm.results.posture import Postures, node_places
+from hcm.results.result import History, Statistics, Summary, TapResult, history_of
+from hcm.results.status import Status
 from hcm.start import BeamStart, Flown, start_beams, start_divided
-from hcm.state import RunTotals
-from hcm.status import Status
 from hcm.stepping import Progress, SteppingResult, rows_between, take_steps
-from hcm.summary import summarize
-from hcm.tap import (
+from hcm.taps.next_touch import bent_touches, next_touch_s
+from hcm.taps.summary import summarize
+from hcm.taps.tap import (
     bends_back,
     ends_undecided,
     near_ends_when_touched_again,

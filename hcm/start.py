@@ -6,25 +6,25 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assembly.equations import fill_chords
+from hcm.assembly.state import Motion, RunTotals, build_motion, empty_motion, initial_totals
 from hcm.beam.drive import Piece, piece_at, set_drive
-from hcm.beam.equations import fill_chords
 from hcm.beam.outline import Outline, depth
 from hcm.beam.probe import Probe
 from hcm.compiled import ByKind, entry
 from hcm.contact.contract import Law, begin_mode, contact_position, contact_velocity
 from hcm.contact.events import NORMAL, transition
 from hcm.contact.law import IN_FLIGHT, ContactState
-from hcm.fall import Fall
 from hcm.flight import rigid_chain, rigid_flight
+from hcm.flight.fall import Fall
 from hcm.flight.rigid_chain import Rods, acting_between, clearance
 from hcm.flight.rigid_flight import BLOCKED, TOUCHED, RigidFlight, integrate_flight
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator
 from hcm.model import Model, fill_rigid_motion
 from hcm.parameters import Settings
-from hcm.record import FrameTable, Segment, empty_rows, first_segment, hermite, write_row
-from hcm.state import Motion, RunTotals, build_motion, empty_motion, initial_totals
-from hcm.status import Status
+from hcm.results.record import FrameTable, Segment, empty_rows, first_segment, hermite, write_row
+from hcm.results.status import Status
 
 _STATUS = {
     rigid_flight.TOUCHED: Status.COMPLETED,

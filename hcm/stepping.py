@@ -5,19 +5,19 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from hcm import loop
+from hcm.assembly.state import LAST_STEP, Motion, RunTotals, StepLimits, empty_motion
 from hcm.beam.drive import piece_at
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.step import AnyIntegrator
 from hcm.model import Model
-from hcm.next_touch import next_touch_s
 from hcm.parameters import GAUSS, Settings
-from hcm.record import Segment, empty_record, next_segment
-from hcm.result import OtherEnd
+from hcm.results.record import Segment, empty_record, next_segment
+from hcm.results.result import OtherEnd
+from hcm.results.status import Status
 from hcm.start import BeamStart, enter_piece
-from hcm.state import LAST_STEP, Motion, RunTotals, StepLimits, empty_motion
-from hcm.status import Status
-from hcm.tap import taps_of
+from hcm.taps.next_touch import next_touch_s
+from hcm.taps.tap import taps_of
 
 Progress = Callable[[float, str], None]
 

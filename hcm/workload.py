@@ -1,7 +1,7 @@
 """Memory and time that a run will need, estimated before anything is allocated."""
 
 from hcm.parameters import Finger, ParameterError, Settings
-from hcm.result import COLUMNS
+from hcm.results.result import COLUMNS
 
 # The largest memory that a run may need, bytes.
 MEMORY_LIMIT = 4 * 2**30

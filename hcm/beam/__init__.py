@@ -1,1 +1,1 @@
-"""Planar ANCF beams chained by hinges: element, chain, equations of motion, their factors."""
+"""Planar ANCF beams chained by hinges: element, chain, damping, torques, banded factors."""

@@ -57,8 +57,8 @@ def add_tangent(
     q: Floats, weight: float, tip: int, scale: Floats, contact: ContactState, law: ContactLaw,
     rows: Floats,
 ) -> float:  # fmt: skip
-    """Add -weight dF_c/dq to `rows` (`hcm.beam.equations.tangent`), except for its unsymmetric part
-    s c e_y^T; returns s, as `fill_column` fills c.
+    """Add -weight dF_c/dq to `rows` (`hcm.assembly.equations.tangent`), except for its unsymmetric
+    part s c e_y^T; returns s, as `fill_column` fills c.
     """
     dtx, dty, dny = contact_tangent(contact, law)
     w = HALF_BANDWIDTH

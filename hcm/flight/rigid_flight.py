@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assembly.state import LAST_STEP, StepLimits
 from hcm.beam.drive import Piece, piece_at
 from hcm.compiled import ByKind, entry, kernel
+from hcm.flight.dormand_prince import STAGES, dormand_prince
 from hcm.flight.rigid_chain import Rods, clearance, rates
-from hcm.integrators.dormand_prince import STAGES, dormand_prince
 from hcm.integrators.event_search import (
     TIME_RESOLUTION,
     TRIALS,
@@ -24,7 +25,6 @@ from hcm.integrators.event_search import (
     zero_of_cubic,
 )
 from hcm.integrators.step_size import REPEATS, SHRINK
-from hcm.state import LAST_STEP, StepLimits
 
 # How a flight, or a call of `take_steps`, ended; BLOCKED: the body reached the surface first.
 TOUCHED, ENDED, FULL, FAILED, BLOCKED = 0, 1, 2, 3, 4

@@ -21,13 +21,13 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 
 from hcm.arrays import Floats, Ints
-from hcm.beam.chain import Chain
-from hcm.beam.normal_coordinates import (
+from hcm.assembly.normal_coordinates import (
     NormalCoordinates,
     fill_residuals,
     mass_and_stiffness,
     normal_coordinates,
 )
+from hcm.beam.chain import Chain
 from hcm.compiled import entry
 from hcm.contact.contract import Law
 from hcm.flight.rigid_flight import RigidFlight

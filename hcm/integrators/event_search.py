@@ -11,12 +11,12 @@ again only after it has been positive.
 
 import math
 
+from hcm.assembly.state import Motion
 from hcm.compiled import kernel
 from hcm.contact.contract import contact_position, contact_velocity
 from hcm.contact.events import NORMAL, SEPARATION, TANGENTIAL, SlotValues, event_rates, event_values
 from hcm.contact.law import ContactState
 from hcm.integrators.step import AnyIntegrator, take_step
-from hcm.state import Motion
 
 TRIALS = 80
 TIME_RESOLUTION = 1e-15

@@ -12,14 +12,15 @@ The stages are solved for by Newton's iteration (`gauss_systems`).
 
 import numpy as np
 
-from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
-from hcm.beam.drive import set_torques
-from hcm.beam.equations import (
+from hcm.assembly.equations import (
     depends_on_velocity,
     dissipated_power,
     move_chords,
     residual_from_chords,
 )
+from hcm.assembly.state import Motion
+from hcm.beam.banded_ldl import HALF_BANDWIDTH, solve
+from hcm.beam.drive import set_torques
 from hcm.compiled import inlined, kernel
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.gauss_systems import (
@@ -43,7 +44,6 @@ from hcm.integrators.newton import (
     largest_in_units,
     largest_size,
 )
-from hcm.state import Motion
 
 
 @kernel

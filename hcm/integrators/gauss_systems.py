@@ -17,9 +17,9 @@ as rigid bodies, which keeps Phi_q B_i = 0 to round-off.
 import numpy as np
 
 from hcm.arrays import Complexes, Floats
+from hcm.assembly.equations import depends_on_velocity, tangent
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize_rank_one, solve_rank_one
 from hcm.beam.chain import Chain
-from hcm.beam.equations import depends_on_velocity, tangent
 from hcm.compiled import kernel
 from hcm.contact.contract import fill_column
 from hcm.contact.law import FLIGHT, ContactState

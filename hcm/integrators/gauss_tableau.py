@@ -13,9 +13,9 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from hcm.arrays import Complexes, Floats
+from hcm.assembly.equations import tangent
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize
 from hcm.beam.chain import Chain
-from hcm.beam.equations import tangent
 from hcm.contact.contract import Law
 from hcm.contact.law import IN_FLIGHT
 from hcm.integrators.newton import Kept, nothing_kept

@@ -11,10 +11,11 @@ frequency. The equations of motion hold at the step's end with q..1 and lam1 as 
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assembly.equations import dissipation, move_chords, residual_from_chords, tangent
+from hcm.assembly.state import Motion
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize_rank_one, solve_rank_one
 from hcm.beam.chain import Chain
 from hcm.beam.drive import set_torques
-from hcm.beam.equations import dissipation, move_chords, residual_from_chords, tangent
 from hcm.compiled import entry, inlined, kernel
 from hcm.contact.contract import fill_column, has_rate_force, rate_power
 from hcm.contact.law import ContactState
@@ -30,7 +31,6 @@ from hcm.integrators.newton import (
     of_mode,
 )
 from hcm.integrators.workspace import Coefficients, Integrator
-from hcm.state import Motion
 
 
 @inlined

@@ -10,7 +10,8 @@ trial steps.
 import math
 
 from hcm.arrays import Floats
-from hcm.beam.equations import move_chords
+from hcm.assembly.equations import move_chords
+from hcm.assembly.state import Motion
 from hcm.compiled import by_type, kernel
 from hcm.contact.events import SlotValues
 from hcm.contact.law import FLIGHT, ContactState
@@ -19,7 +20,6 @@ from hcm.integrators.event_search import NO_EVENT, values_and_rates, values_at
 from hcm.integrators.gauss import accelerate, move_velocities
 from hcm.integrators.gauss_systems import combine
 from hcm.integrators.gauss_tableau import GaussIntegrator
-from hcm.state import Motion
 
 # Most evaluations of a step's polynomial for an event; bracket, over the step, that ends them.
 TRIALS, RESOLUTION = 60, 1e-15

@@ -5,12 +5,12 @@ contact or both by Gauss collocation (its fields `flight`, `contact`). The choic
 while the loop is compiled: runs without collocation neither compile it nor pass its arrays.
 """
 
+from hcm.assembly.state import Motion
 from hcm.compiled import by_type, kernel
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators import gauss, generalized_alpha
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.workspace import Coefficients, Integrator
-from hcm.state import Motion
 
 AnyIntegrator = Integrator | GaussIntegrator
 

@@ -2,6 +2,7 @@
 
 import math
 
+from hcm.assembly.state import Motion, RunTotals, StepLimits
 from hcm.compiled import kernel
 from hcm.contact.contract import Law, normal_slope
 from hcm.contact.events import SEPARATION, SlotValues
@@ -10,7 +11,6 @@ from hcm.integrators.event_search import NO_EVENT, overshot
 from hcm.integrators.newton import drop
 from hcm.integrators.stages import find_event
 from hcm.integrators.step import AnyIntegrator, error_of_step, take_step
-from hcm.state import Motion, RunTotals, StepLimits
 
 # A step is tried again at most this often, shorter each time.
 REPEATS = 40

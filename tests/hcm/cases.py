@@ -9,11 +9,12 @@ from scipy.linalg import eigh
 import hcm
 from hcm import loop
 from hcm.arrays import Floats
+from hcm.assembly.equations import residual, tangent
+from hcm.assembly.minimal_coordinates import acceleration, expand, minimal_coordinates
+from hcm.assembly.state import Motion, RunTotals, StepLimits, build_motion, initial_totals
 from hcm.assumptions import Assumptions
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain, build_chain
-from hcm.beam.equations import residual, tangent
-from hcm.beam.minimal_coordinates import acceleration, expand, minimal_coordinates
 from hcm.beam.outline import Outline
 from hcm.beam.probe import Probe
 from hcm.beam.refinement import beams_of, refine_chain
@@ -22,10 +23,9 @@ from hcm.integrators.gauss_tableau import with_collocation
 from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import STAGES
-from hcm.record import FrameTable, empty_record, write_row
 from hcm.reference_solution import ChainStart
-from hcm.result import COLUMNS, EVENT_KINDS, Event
-from hcm.state import Motion, RunTotals, StepLimits, build_motion, initial_totals
+from hcm.results.record import FrameTable, empty_record, write_row
+from hcm.results.result import COLUMNS, EVENT_KINDS, Event
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=5)
 HARD = hcm.Phalanx(0.04, 0.015, 20e9, 1048.7, elements=5)

@@ -10,27 +10,27 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm import accuracy as accuracy_module
-from hcm.accuracy import ACCURACY_QUANTITIES, other_transitions, simulate_within
-from hcm.beam.chain import build_chain
-from hcm.beam.outline import build_outline, depth
-from hcm.chosen import (
+from hcm.accuracy import simulate_within as accuracy_module
+from hcm.accuracy.chosen import (
     BESIDE,
     NEWTON,
     Chosen,
     contact_frequency,
     settings_for,
 )
-from hcm.chosen_flight import (
+from hcm.accuracy.chosen_flight import (
     BY_WEIGHT,
     FEW_STEPS,
     FOLLOWING_STAGES,
     QUIET,
     followed_frequency,
 )
-from hcm.companion import first_tap
-from hcm.estimate import VERTEX_SHARE
-from hcm.fall import (
+from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES, other_transitions, simulate_within
+from hcm.beam.chain import build_chain
+from hcm.beam.outline import build_outline, depth
+from hcm.estimates.companion import first_tap
+from hcm.estimates.estimate import VERTEX_SHARE
+from hcm.flight.fall import (
     RODS_TOLERANCE,
     bending_wave_stress,
     omitted_time,
@@ -523,7 +523,7 @@ def test_steps_resolve_the_bending_that_a_spring_excites(
 
 def test_a_run_that_expects_more_is_solved_again(monkeypatch: pytest.MonkeyPatch) -> None:
     """Steps five times as long as they should be are found out by the companion."""
-    monkeypatch.setattr("hcm.chosen.STEP_SHARE", 5.0)
+    monkeypatch.setattr("hcm.accuracy.chosen.STEP_SHARE", 5.0)
     alpha = {"contact_integrator": "generalized-alpha"}
     result = simulate_within(1e-3, replace(SOFT_SCENE, settings=hcm.Settings()), alpha)
     assert result.accuracy is not None

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import hcm
+from hcm.assembly.equations import residual, tangent
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, storage
 from hcm.beam.chain import build_chain
-from hcm.beam.equations import residual, tangent
 from hcm.contact.law import COMPRESSION, RESTITUTION, SLIP, STICK, ContactLaw, ContactState
 from hcm.integrators.generalized_alpha import solve_linear
 from hcm.integrators.workspace import Integrator, coefficients, workspace

@@ -9,24 +9,24 @@ import pytest
 from scipy.optimize import brentq
 
 import hcm
-from hcm.accuracy import simulate_within
-from hcm.beam.chain import build_chain
-from hcm.beam.outline import build_outline, depth
-from hcm.chosen import (
+from hcm.accuracy.chosen import (
     INNER_SHARE,
     NEWTON,
     contact_frequency,
     first_bending_frequency,
     settings_for,
 )
-from hcm.chosen_flight import (
+from hcm.accuracy.chosen_flight import (
     MOST_ELEMENTS,
     _wave,
     choose_flight,
     count_elements,
     followed_frequency,
 )
-from hcm.fall import magnified, rods_fall
+from hcm.accuracy.simulate_within import simulate_within
+from hcm.beam.chain import build_chain
+from hcm.beam.outline import build_outline, depth
+from hcm.flight.fall import magnified, rods_fall
 from hcm.model import rigid_motion
 from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_TIP
 from tests.hcm.test_accuracy import SOFT_SCENE, chosen

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm import accuracy as accuracy_module
-from hcm.accuracy import simulate_within
-from hcm.chosen import Chosen, settings_for
-from hcm.companion import GRAZE
+from hcm.accuracy import simulate_within as accuracy_module
+from hcm.accuracy.chosen import Chosen, settings_for
+from hcm.accuracy.simulate_within import simulate_within
+from hcm.estimates.companion import GRAZE
 from hcm.simulate import solve_once
 from tests.hcm.cases import RINGING, SOFT, SOFT_SCENE
 

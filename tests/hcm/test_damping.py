@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import hcm
+from hcm.assembly.equations import residual
 from hcm.beam.banded_ldl import HALF_BANDWIDTH
 from hcm.beam.chain import Chain, build_chain
 from hcm.beam.damping import add_damping_matrix, damping_force, damping_power
 from hcm.beam.element import shape_of
 from hcm.beam.energy import energies, stress_at_probe
-from hcm.beam.equations import residual
 from hcm.beam.probe import build_probe
 from hcm.contact.law import IN_FLIGHT
 from hcm.reference_solution import ChainStart, solve_chain

@@ -7,7 +7,7 @@ import pytest
 
 import hcm
 from hcm import loop
-from hcm.accuracy import ACCURACY_QUANTITIES, _coarser
+from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES, _coarser
 from hcm.beam.chain import build_chain
 from hcm.beam.division import divided
 from hcm.beam.energy import energies

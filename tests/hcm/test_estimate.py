@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.companion import first_tap, folded, grazes, lost_energy, rescaled_settings
 from hcm.contact.law import STICK
-from hcm.error_cautions import TITLES, caution, later_taps, relative_errors, tap_peaks
-from hcm.estimate import (
+from hcm.estimates.companion import first_tap, folded, grazes, lost_energy, rescaled_settings
+from hcm.estimates.error_cautions import TITLES, caution, later_taps, relative_errors, tap_peaks
+from hcm.estimates.estimate import (
     between_rows,
     companion_errors,
     estimate_errors,
@@ -20,7 +20,7 @@ from hcm.estimate import (
     signed_error,
     turn_band,
 )
-from hcm.flight_band import flight_band, tip_motion, touch_band
+from hcm.estimates.flight_band import flight_band, tip_motion, touch_band
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 
 ONE = hcm.Finger((replace(SOFT, youngs_modulus=65e6, elements=20),))
@@ -444,7 +444,7 @@ def test_a_caution_asks_for_what_controls_the_steps_and_names_the_worst_first(
 def test_an_interrupt_of_the_tighter_run_is_no_lack_of_repeatability(
     one: hcm.TapResult, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("hcm.estimate.grazes", lambda run: True)
+    monkeypatch.setattr("hcm.estimates.estimate.grazes", lambda run: True)
     runs = [one, replace(one, status=hcm.Status.INTERRUPTED)]
     found = estimate_errors(one, lambda scene: runs.pop(0))
     assert runs == []

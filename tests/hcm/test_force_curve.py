@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.force_curve import PARTS, ForceCurve, force_curve
 from hcm.integrators.gauss_tableau import tableau
+from hcm.results.force_curve import PARTS, ForceCurve, force_curve
 from tests.hcm.cases import SOFT, SOFT_TIP, finger
 
 SURFACE = hcm.Surface(0.1, 0.5)

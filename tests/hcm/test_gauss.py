@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 import hcm
+from hcm.assembly.equations import residual
+from hcm.assembly.state import Motion, build_motion
 from hcm.beam.chain import Chain
 from hcm.beam.energy import energies
-from hcm.beam.equations import residual
 from hcm.contact import law as contact
 from hcm.contact.contract import Law
 from hcm.contact.law import IN_FLIGHT, ContactState
@@ -19,7 +20,6 @@ from hcm.integrators.generalized_alpha import initial_acceleration
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.parameters import STAGES
 from hcm.reference_solution import ChainStart, solve_chain
-from hcm.state import Motion, build_motion
 from tests.hcm.cases import (
     NOWHERE,
     SOFT,

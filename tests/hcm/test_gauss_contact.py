@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.beam.equations import fill_chords
+from hcm.assembly.equations import fill_chords
+from hcm.assembly.state import build_motion
 from hcm.contact.events import NORMAL
 from hcm.contact.law import COMPRESSION, FREE, ContactLaw, ContactState, contact_law
 from hcm.integrators.gauss import step
 from hcm.integrators.stages import shorten, value_inside
 from hcm.reference_solution import ChainStart, solve_chain
-from hcm.state import build_motion
 from tests.hcm.cases import (
     SOFT,
     SOFT_TIP,

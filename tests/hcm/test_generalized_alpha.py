@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from hcm.assembly.state import build_motion
 from hcm.contact.law import IN_FLIGHT
 from hcm.integrators.generalized_alpha import change_step, initial_acceleration, local_error, step
 from hcm.integrators.workspace import Integrator, coefficients, workspace
 from hcm.reference_solution import solve_chain
-from hcm.state import build_motion
 from tests.hcm.cases import (
     NOWHERE,
     SOFT,

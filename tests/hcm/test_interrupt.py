@@ -10,7 +10,7 @@ import pytest
 
 import hcm
 from hcm import stepping
-from hcm.record import next_segment
+from hcm.results.record import next_segment
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger
 
 Line = tuple[str, int]

@@ -9,19 +9,19 @@ from numpy.polynomial import Polynomial, legendre
 from scipy.integrate import quad
 
 import hcm
-from hcm.accuracy import ACCURACY_QUANTITIES
+from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES
 from hcm.arrays import Floats
+from hcm.assembly.equations import fill_chords
+from hcm.assembly.minimal_coordinates import minimal_coordinates
+from hcm.assembly.normal_coordinates import mass_and_stiffness, normal_coordinates
 from hcm.beam.division import flight_elements
-from hcm.beam.equations import fill_chords
-from hcm.beam.minimal_coordinates import minimal_coordinates
-from hcm.beam.normal_coordinates import mass_and_stiffness, normal_coordinates
-from hcm.fall import rods_fall
+from hcm.flight.fall import rods_fall
 from hcm.flight.vibration import NODES, Vibration, _followed, _phase_error, fill_rods, vibration
 from hcm.modal_flight import MOST_MODAL, _first_touch, fly_modal
 from hcm.model import Model, build_model, until_touch
+from hcm.results.status import Status
 from hcm.simulate import _fly_elastic, solve_once
 from hcm.start import Flown
-from hcm.status import Status
 from tests.hcm.cases import NO_ESTIMATE, SOFT, SOFT_SCENE, SOFT_TIP
 
 # a phalanx that sways by a hundredth of its length: its vibration changes the tap by half a percent
@@ -271,11 +271,11 @@ def test_modes_are_chosen_where_steps_would_take_longer(monkeypatch: pytest.Monk
     assert steps.fall is not None
     number = steps.fall.time / steps.scene.settings.flight_step
     for as_long, chosen in ((1.01 * number, "elastic"), (0.99 * number, "modal")):
-        monkeypatch.setattr("hcm.chosen_flight.AS_LONG", (as_long,))
+        monkeypatch.setattr("hcm.accuracy.chosen_flight.AS_LONG", (as_long,))
         assert flight() == chosen
     elements = 3 * steps.scene.settings.flight_elements
     for most, chosen in ((elements - 1, "elastic"), (elements, "modal")):
-        monkeypatch.setattr("hcm.chosen_flight.MOST_MODAL", most)
+        monkeypatch.setattr("hcm.accuracy.chosen_flight.MOST_MODAL", most)
         assert flight() == chosen
 
 

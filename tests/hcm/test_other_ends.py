@@ -6,9 +6,15 @@ from dataclasses import replace
 import pytest
 
 import hcm
-from hcm.other_ends import ERROR_FACTOR, NUMBERS, THRESHOLD_SHARE, open_ends, with_other_ends
-from hcm.result import Event, OtherEnd
-from hcm.tap import TapEndRule, near_ends_when_touched_again, nearest
+from hcm.estimates.other_ends import (
+    ERROR_FACTOR,
+    NUMBERS,
+    THRESHOLD_SHARE,
+    open_ends,
+    with_other_ends,
+)
+from hcm.results.result import Event, OtherEnd
+from hcm.taps.tap import TapEndRule, near_ends_when_touched_again, nearest
 
 RULE = TapEndRule(transit=1.0)
 TAP = (0.0, 10.0)  # it must stay away for 1, and not come back within 20

@@ -11,7 +11,7 @@ import hcm
 from hcm.beam.outline import PARTS, build_outline, depth
 from hcm.flight.rigid_chain import build_rods
 from hcm.model import build_model
-from hcm.posture import Postures, node_places
+from hcm.results.posture import Postures, node_places
 from hcm.start import start_beams
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SURFACE, finger, straight_links
 

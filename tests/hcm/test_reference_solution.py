@@ -5,9 +5,9 @@ import pytest
 
 import hcm
 from hcm import reference_solution as truth
+from hcm.assembly.equations import residual
+from hcm.assembly.minimal_coordinates import expand, minimal_coordinates
 from hcm.beam.energy import energies
-from hcm.beam.equations import residual
-from hcm.beam.minimal_coordinates import expand, minimal_coordinates
 from hcm.contact.law import COMPRESSION, STICK, ContactState, contact_law
 from tests.hcm.cases import (
     HARD,

@@ -12,7 +12,7 @@ import hcm
 from hcm.assumptions import Assumptions
 from hcm.contact.build import beyond_checks
 from hcm.contact.law import SLIP
-from hcm.tap import rising_stress, slow_end
+from hcm.taps.tap import rising_stress, slow_end
 from tests.hcm.cases import order_of
 
 SOFT = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0, elements=6, poisson_ratio=0.4)

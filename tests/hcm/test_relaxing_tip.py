@@ -13,7 +13,7 @@ import hcm
 from hcm.contact import partial_slip, round_tip_law, tip_compliance, tip_damping
 from hcm.contact.law import RESTITUTION, SLIP, STICK
 from hcm.contact.round_tip import COMPLIANCE_XY
-from hcm.resolution import smooth_difference
+from hcm.estimates.resolution import smooth_difference
 from tests.hcm.round_tips import BALL, NU, TOUCH, E, R, at, bounce, law, press, touched
 
 DEEP, TAU = 2e-4, 1e-5

@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 
 import hcm
-from hcm.companion import folded, grazes, rescaled_settings
-from hcm.error_cautions import relative_errors
-from hcm.estimate import companion_errors
+from hcm.estimates.companion import folded, grazes, rescaled_settings
+from hcm.estimates.error_cautions import relative_errors
+from hcm.estimates.estimate import companion_errors
 from hcm.workload import check_size, most_steps
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, finger
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.interpolate import pade
 
 import hcm
-from hcm.resolution import (
+from hcm.estimates.resolution import (
     CAUTION_ERROR,
     LARGEST_TIME_ERROR,
     collocation_error,
@@ -17,7 +17,7 @@ from hcm.resolution import (
     over_phase,
     second_difference,
 )
-from hcm.summary import vertex
+from hcm.taps.summary import vertex
 from tests.hcm.cases import HARD, HARD_TIP, SOFT, SOFT_TIP, SURFACE, TRUTH, finger
 
 

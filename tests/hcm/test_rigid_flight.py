@@ -8,10 +8,11 @@ import pytest
 from scipy.integrate import quad
 
 import hcm
+from hcm.assembly.equations import residual
+from hcm.assembly.state import StepLimits, initial_totals
 from hcm.beam.chain import build_chain
-from hcm.beam.equations import residual
 from hcm.contact.law import IN_FLIGHT, contact_law
-from hcm.fall import RODS_TOLERANCE, rods_fall
+from hcm.flight.fall import RODS_TOLERANCE, rods_fall
 from hcm.flight.rigid_chain import (
     Rods,
     acting_between,
@@ -23,7 +24,6 @@ from hcm.flight.rigid_chain import (
 from hcm.flight.rigid_flight import ENDED, TOUCHED, RigidFlight, integrate_flight
 from hcm.model import rigid_motion
 from hcm.simulate import LARGEST_LEFT_OUT, solve_once
-from hcm.state import StepLimits, initial_totals
 from tests.hcm.cases import HARD, HARD_TIP, NO_ESTIMATE, SOFT, SOFT_TIP, SURFACE, finger
 
 G = 9.8

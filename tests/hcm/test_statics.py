@@ -8,12 +8,12 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipeinc, ellipk, ellipkinc
 
 import hcm
+from hcm.assembly.equations import residual
+from hcm.assembly.statics import equilibrium
 from hcm.beam.chain import build_chain
-from hcm.beam.equations import residual
 from hcm.beam.joint_torque import torque_force, torque_tangent, turned_angle
 from hcm.contact.law import IN_FLIGHT, ContactLaw
-from hcm.posture import Posture
-from hcm.statics import equilibrium
+from hcm.results.posture import Posture
 from tests.hcm.cases import SOFT, finger
 
 LAW = ContactLaw(1.0, 1.0, 0.75, 0.0, 10.0)
@@ -118,7 +118,7 @@ def test_torques_act_on_first_nodes_and_react_only_when_asked(reaction: bool) ->
 
 
 def test_no_equilibrium_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("hcm.statics.ITERATIONS", 1)
+    monkeypatch.setattr("hcm.assembly.statics.ITERATIONS", 1)
     with pytest.raises(ArithmeticError, match=r"no equilibrium at 0\.05 of the load"):
         cantilever(2, 4)
 

@@ -11,9 +11,9 @@ from hcm.arrays import Floats
 from hcm.beam.chain import Chain, build_chain
 from hcm.beam.refinement import beams_of, refine_chain
 from hcm.model import RigidStart, rigid_motion
-from hcm.next_touch import bent_touches, next_touch_s, swings_down
-from hcm.result import Event
-from hcm.tap import TapEndRule, taps_of
+from hcm.results.result import Event
+from hcm.taps.next_touch import bent_touches, next_touch_s, swings_down
+from hcm.taps.tap import TapEndRule, taps_of
 from reference_fem.dynamics.next_touch import bending_frequency
 
 TOUCHES = [

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import hcm
-from hcm.chosen import settings_for
+from hcm.accuracy.chosen import settings_for
 from hcm.flight.rigid_chain import acting_between, build_rods
 from hcm.reference_solution import solve
 from tests.hcm.cases import SOFT, SOFT_TIP, SURFACE, finger, order_of

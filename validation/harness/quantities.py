@@ -11,7 +11,7 @@ from typing import Any, Protocol
 
 from validation.harness.uncertainty import DIGITS
 
-# As in `hcm.dataset`, which is not imported: what the reference computes must not depend on hcm.
+# As in `hcm.results.dataset`, which is not imported: the reference must not depend on hcm.
 UNITS = (  # endings of names, longest first, and the unit that they stand for
     ("_m_per_s", "m/s"), ("_N_s", "N s"), ("_Pa", "Pa"), ("_MB", "MB"), ("_m2", "m2"),
     ("_N", "N"), ("_J", "J"), ("_m", "m"), ("_s", "s"),

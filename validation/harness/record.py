@@ -110,7 +110,7 @@ class RunRecord:
         If the history is sampled, the contact forces at every step are there too, with the prefix
         ``step_`` and a dimension ``step``.
         """
-        from hcm.dataset import run_dataset
+        from hcm.results.dataset import run_dataset
 
         return run_dataset(
             {"time": self.history, "step": self.forces},
@@ -125,7 +125,7 @@ class RunRecord:
         )
 
     def _repr_html_(self) -> str:
-        from hcm.notebook import run_html
+        from hcm.results.notebook import run_html
 
         notes = (f"{self.scene}, {self.label}: {self.status} {self.message}",)
         time, force = (self.contact_forces.get(name, np.zeros(0)) for name in FORCE_COLUMNS[:2])

@@ -46,7 +46,7 @@ def touches_of_tap(time: Floats, touches: NDArray[np.bool_]) -> tuple[int, int, 
     """First sample of the first tap, the one after its last, numbers of its touches and of all.
 
     A touch belongs to the tap if it begins within `SAME_TAP` times the tap's duration so far after
-    a separation, as in the solvers (`hcm.tap`).
+    a separation, as in the solvers (`hcm.taps.tap`).
 
     touches : (n,) whether a sample is in contact, which the first is not. The end of a tap that the
     record cuts off is the number of samples.

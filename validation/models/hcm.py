@@ -159,7 +159,7 @@ class Reduced(Adapter):
     ) -> Outcome:
         """Run the reduced model; it takes seconds, so there is nothing to resume."""
         import hcm
-        from hcm.chosen import choose
+        from hcm.accuracy.chosen import choose
 
         del checkpoint
         own = scene.tables.solver.hcm.assumptions

@@ -49,7 +49,7 @@ def impact_of(scene: NamedScene) -> Impact:
     Raises RunFailedError: the surface is not reached.
     """
     from hcm.assumptions import PAPER
-    from hcm.fall import rods_fall
+    from hcm.flight.fall import rods_fall
     from reference_fem.touch import touch_angle
 
     given = replace(hcm_scene(scene, estimate=False), assumptions=PAPER)

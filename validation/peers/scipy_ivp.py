@@ -1,8 +1,8 @@
 """What a user of SciPy gets: solve_ivp with its defaults and terminal events, phase by phase.
 
-The same equations in minimal coordinates (`hcm.beam.minimal_coordinates`), without event tolerance,
-re-arming or shift of the origin: RK45, rtol 1e-3, atol 1e-6; an event function that falls through
-zero ends a phase.
+The same equations in minimal coordinates (`hcm.assembly.minimal_coordinates`), without event
+tolerance, re-arming or shift of the origin: RK45, rtol 1e-3, atol 1e-6; an event function that
+falls through zero ends a phase.
 """
 
 import time
@@ -13,8 +13,8 @@ from scipy.integrate import solve_ivp
 
 import hcm
 from hcm.arrays import Floats
+from hcm.assembly.minimal_coordinates import minimal_coordinates, rate
 from hcm.beam.chain import build_chain
-from hcm.beam.minimal_coordinates import minimal_coordinates, rate
 from hcm.contact.events import LIFT_OFF, TOUCH, event_values, transition
 from hcm.contact.law import FLIGHT, FREE, ContactState, contact_law, normal_slope
 

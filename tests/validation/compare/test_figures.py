@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib import pyplot as plt
 
-import hcm.notebook
+import hcm.results.notebook
 import reference_fem.notebook
 from tests.validation.commands import Make
 from validation.compare.differences import differences_of
@@ -173,7 +173,7 @@ def test_a_page_holds_small_vectors_and_large_ones_as_pixels(tmp_path: Path) -> 
     assert inline(picture) == "data:image/png;base64,UA=="
 
 
-@pytest.mark.parametrize("module", [hcm.notebook, reference_fem.notebook])
+@pytest.mark.parametrize("module", [hcm.results.notebook, reference_fem.notebook])
 def test_a_notebook_shows_numbers_curve_and_cautions(make_record: Make, module: ModuleType) -> None:
     errors = {"peak_normal_force_N": 0.5, "contact_duration_s": 1e-6}
     record = replace(make_record(peak=60.0, duration=2.0123e-4), errors=errors)
@@ -195,5 +195,5 @@ def test_a_notebook_shows_numbers_curve_and_cautions(make_record: Make, module: 
     # pixels have one decimal, in x as in y, where the half sine rises by 1 pixel a pixel
     np.testing.assert_allclose(y, 140.0 * (1.0 - force / 60.0), atol=0.15)
     assert "<svg" not in module.run_html((), {}, {}, np.zeros(3), np.zeros(3))
-    if module is hcm.notebook:
+    if module is hcm.results.notebook:
         assert "peak 60 N" in record._repr_html_()

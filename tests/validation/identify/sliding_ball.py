@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 
 import hcm
 import meshes
+from hcm.assembly.statics import equilibrium
 from hcm.beam.chain import build_chain
 from hcm.beam.joint_torque import torque_force
 from hcm.beam.refinement import beams_of, refine_chain
 from hcm.parameters import NEO_HOOKE, MaterialLaw
-from hcm.statics import equilibrium
 from reference_fem.elements.geometry import geometries
 from reference_fem.settings import Material
 from reference_fem.statics.indentation import contact_area

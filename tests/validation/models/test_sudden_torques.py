@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from hcm.chosen import first_bending_frequency
+from hcm.accuracy.chosen import first_bending_frequency
 from validation.models.hcm import HCM, HCM_REFINED, hcm_scene
 from validation.models.sudden_torques import bending_period, sudden_torques
 from validation.scenes.load import load_scene

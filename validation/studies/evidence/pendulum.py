@@ -11,9 +11,9 @@ import numpy as np
 
 import hcm
 from hcm.arrays import Floats
+from hcm.assembly.statics import NOWHERE
 from hcm.beam.chain import build_chain
 from hcm.reference_solution import ChainStart, solve_chain
-from hcm.statics import NOWHERE
 from validation.harness.provenance import installed
 from validation.harness.store import Store
 from validation.models.adapter import Progress

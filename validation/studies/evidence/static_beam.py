@@ -19,8 +19,8 @@ from scipy.integrate import solve_bvp
 
 import hcm
 from hcm.arrays import Floats
+from hcm.assembly.statics import equilibrium
 from hcm.beam.chain import build_chain
-from hcm.statics import equilibrium
 from validation.harness.store import Store
 from validation.models.adapter import Progress
 from validation.studies.evidence.rows import EvidenceRow

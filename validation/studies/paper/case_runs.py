@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import hcm
-from hcm.posture import Postures
+from hcm.results.posture import Postures
 from validation.harness.processes import Workers
 from validation.harness.record import RunRecord
 from validation.harness.store import NO_STORE, Inputs, Store

@@ -8,7 +8,7 @@ from validation.studies.paper.case_runs import Case, CaseRun, keep_case, load_ca
 
 
 def test_a_case_comes_back_with_its_postures(make_record: Make, tmp_path: Path) -> None:
-    from hcm.posture import Postures
+    from hcm.results.posture import Postures
 
     # two phalanges of an element each
     q, v = np.random.default_rng(0).normal(size=(2, 2, 16))

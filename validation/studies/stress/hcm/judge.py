@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import hcm
 from hcm import reference_solution
-from hcm.posture import Postures
+from hcm.results.posture import Postures
 from validation.studies.stated_errors import true_errors
 from validation.studies.stress.hcm.audit import observed
 from validation.studies.stress.hcm.checks import violations

@@ -3,9 +3,9 @@
 import numpy as np
 
 from hcm.arrays import Floats, Ints
+from hcm.assembly.equations import residual, tangent
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, factorize, solve, storage
 from hcm.beam.chain import Chain
-from hcm.beam.equations import residual, tangent
 from hcm.contact.law import IN_FLIGHT, ContactLaw
 
 NOWHERE = ContactLaw(1.0, 1.0, 0.75, 0.0, 1e3)  # a surface out of reach

@@ -5,10 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats, Ints
+from hcm.assembly.equations import fill_chords, residual_from_chords, tangent
+from hcm.assembly.minimal_coordinates import without_hinges
 from hcm.beam.banded_ldl import HALF_BANDWIDTH, storage
 from hcm.beam.chain import Chain
-from hcm.beam.equations import fill_chords, residual_from_chords, tangent
-from hcm.beam.minimal_coordinates import without_hinges
 from hcm.compiled import entry
 from hcm.contact.contract import Law
 from hcm.contact.law import IN_FLIGHT

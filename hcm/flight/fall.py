@@ -5,12 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hcm.assembly.state import StepLimits
 from hcm.beam.drive import Piece
 from hcm.flight.rigid_chain import Rods, acting_between, build_rods, clearance, survey
 from hcm.flight.rigid_flight import TOUCHED, RigidFlight, integrate_flight
 from hcm.model import RigidStart, Scene, check_scene, limits_of, rods_state
 from hcm.parameters import Finger, Phalanx
-from hcm.state import StepLimits
 
 # tolerance, over the surface's depth, of a flight as rods that serves as a prediction
 RODS_TOLERANCE = 1e-6

@@ -25,7 +25,7 @@ from typing import Any
 import numpy as np
 
 from hcm.parameters import GAUSS, Finger, Settings
-from hcm.result import TapResult
+from hcm.results.result import TapResult
 
 STEP_RATIO = 3.0
 # Fewest elements of a phalanx that are halved: half of fewer would be too coarse to compare with.

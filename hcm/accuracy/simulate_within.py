@@ -1,9 +1,10 @@
 """Solve a run to a relative error: judge it by a coarser run, and solve it again if need be.
 
 The coarser run's errors are `COMPANION_ERROR_RATIO` times as large, or more: those of steps in
-contact go with h^2, of a followed vibration with h^(3/2) and at least l^4 (`hcm.chosen_flight`), of
-elements in contact with l^4, of refined ones with l^2. The two runs then differ by at least
-(ratio - 1) times the finer one's error; `SAFETY` covers errors that fall more slowly with h and l.
+contact go with h^2, of a followed vibration with h^(3/2) and at least l^4
+(`hcm.accuracy.chosen_flight`), of elements in contact with l^4, of refined ones with l^2. The two
+runs then differ by at least (ratio - 1) times the finer one's error; `SAFETY` covers errors that
+fall more slowly with h and l.
 A phalanx of one element, or of no more than the other run's flight needs, has twice as many in it,
 whose error is at most a quarter of the run's: they differ by at least three quarters of that.
 """
@@ -14,29 +15,29 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from hcm.accuracy.chosen import SMALLEST, STATED, Chosen, choose, settings_for
 from hcm.bounds import ParameterError
-from hcm.chosen import SMALLEST, STATED, Chosen, choose, settings_for
-from hcm.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
-from hcm.error_cautions import caution, later_taps, relative_errors, tap_peaks
-from hcm.estimate import USABLE_STATUSES, companion_errors
-from hcm.fall import bending_wave_stress, magnified, omitted_time
+from hcm.estimates.companion import GRAZE, folded, grazes, lost_energy, repetition_settings
+from hcm.estimates.error_cautions import caution, later_taps, relative_errors, tap_peaks
+from hcm.estimates.estimate import USABLE_STATUSES, companion_errors
+from hcm.estimates.other_ends import open_ends, with_other_ends
+from hcm.estimates.resolution import CAUTION_ERROR
+from hcm.flight.fall import bending_wave_stress, magnified, omitted_time
 from hcm.model import Scene
-from hcm.other_ends import open_ends, with_other_ends
 from hcm.parameters import GAUSS, Finger
-from hcm.resolution import CAUTION_ERROR
-from hcm.result import Accuracy, Choice, Errors, TapResult
+from hcm.results.result import Accuracy, Choice, Errors, TapResult
+from hcm.results.status import Status
 from hcm.simulate import solve_once
-from hcm.status import Status
 from hcm.stepping import Progress
 
 COMPANION_ERROR_RATIO, SAFETY = 3.0, 1.5
 # Factor on the step of a flight that does not follow its vibration: with equal steps both runs have
 # it in the same wrong phase, and a tap that fades out, 1 % too short, would seem known to 0.03 %.
 OTHER_PHASE = 0.8
-# A tap may end otherwise if it grazes (`hcm.companion`) by less than GRAZE_OVER times the run's own
-# accuracy, at most MOST_GRAZED or that accuracy: at 1e-2 one left at 0.037 of its approach speed in
-# both runs though it lasts twice as long, at 1e-3 one pushed on with 0.0013 of its peak though it
-# leaves.
+# A tap may end otherwise if it grazes (`hcm.estimates.companion`) by less than GRAZE_OVER times the
+# run's own accuracy, at most MOST_GRAZED or that accuracy: at 1e-2 one left at 0.037 of its
+# approach speed in both runs though it lasts twice as long, at 1e-3 one pushed on with 0.0013 of
+# its peak though it leaves.
 # MOST_AGAIN : how often such a tap is solved again.
 GRAZE_OVER, MOST_GRAZED, MOST_AGAIN = 10.0, 0.05, 2
 ACCURACY_QUANTITIES = (

@@ -5,7 +5,8 @@ on the stages' polynomial; a cubic through its ends is off by 1 % of a tap's ben
 """
 
 from hcm.arrays import Floats
-from hcm.beam.equations import depends_on_velocity, dissipated_power
+from hcm.assembly.equations import depends_on_velocity, dissipated_power
+from hcm.assembly.state import Motion, RunTotals, advance_totals
 from hcm.beam.probe import Probe
 from hcm.compiled import by_type, kernel
 from hcm.contact.contract import (
@@ -23,8 +24,7 @@ from hcm.contact.law import FLIGHT, SLIP, ContactState
 from hcm.integrators.gauss_tableau import GaussIntegrator
 from hcm.integrators.stages import lagrange, stage_motion
 from hcm.integrators.step import AnyIntegrator, collocated
-from hcm.record import FrameTable, frames_inside, hermite, write_row
-from hcm.state import Motion, RunTotals, advance_totals
+from hcm.results.record import FrameTable, frames_inside, hermite, write_row
 
 
 @kernel

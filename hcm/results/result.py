@@ -8,15 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hcm.arrays import Floats
-from hcm.dataset import run_dataset, versions
-from hcm.notebook import run_html
-from hcm.posture import Posture
-from hcm.status import Status
+from hcm.results.dataset import run_dataset, versions
+from hcm.results.notebook import run_html
+from hcm.results.posture import Posture
+from hcm.results.status import Status
 
 if TYPE_CHECKING:
     import xarray
 
-    from hcm.force_curve import ForceCurve
+    from hcm.results.force_curve import ForceCurve
 
 
 # Columns of the table that the compiled loop writes; `History` has them under names with units.
@@ -186,7 +186,7 @@ Errors = Mapping[str, float | tuple[float, float]]
 
 class OtherEnd(NamedTuple):
     """An end that a first tap nearly had, with the touches that begin within `until_s` of its first
-    one: the rule (`hcm.tap`) compared a time that is `apart_s` from its `threshold_s`.
+    one: the rule (`hcm.taps.tap`) compared a time that is `apart_s` from its `threshold_s`.
     """
 
     until_s: float
@@ -232,7 +232,7 @@ class TapResult:
     @property
     def forces(self) -> "ForceCurve | None":
         """The contact force between the history's rows too, if collocation's steps are long."""
-        from hcm.force_curve import force_curve
+        from hcm.results.force_curve import force_curve
 
         return force_curve(self.history, self.given) if self.given else None
 

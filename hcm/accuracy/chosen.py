@@ -11,7 +11,7 @@ speed, and what rods leave out. Then, with eps the wanted error:
   keeps its order only if it resolves the waves that the touch excites, and no step resolves them
   all: its error goes with about h^2 too, at steps thirty times as long. If the beam is stiff beside
   the spring, the phalanx's mass m vibrates on it faster than that: w >= sqrt(k/m)/e*.
-- flight: `hcm.chosen_flight`.
+- flight: `hcm.accuracy.chosen_flight`.
 
 The factors of these relations were measured on 110 random scenes, so that 95 of 100 keep eps.
 """
@@ -24,11 +24,11 @@ from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any
 
+from hcm.accuracy.chosen_flight import Stated, choose_flight, count_elements, hz
 from hcm.beam.drive import acting_joints
 from hcm.bounds import Bound, check_kind
-from hcm.chosen_flight import Stated, choose_flight, count_elements, hz
 from hcm.contact.build import law_of
-from hcm.fall import Fall, rods_fall
+from hcm.flight.fall import Fall, rods_fall
 from hcm.model import Scene
 from hcm.parameters import (
     GAUSS,
@@ -40,7 +40,7 @@ from hcm.parameters import (
     Settings,
     Tip,
 )
-from hcm.result import Choice
+from hcm.results.result import Choice
 
 SMALLEST, LARGEST = 1e-6, 0.1
 # w h over sqrt(eps), and elements of a phalanx over kappa L/eps^(1/4)

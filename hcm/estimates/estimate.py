@@ -1,7 +1,7 @@
 """Estimate errors of the first tap's numbers from the differences of a companion run.
 
-A force has the relative error of the speed of approach (`hcm.flight_band`), |dF|/F = |dv_n|/v_n,
-and half that of the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
+A force has the relative error of the speed of approach (`hcm.estimates.flight_band`),
+|dF|/F = |dv_n|/v_n, and half that of the energy, |dF|/F = |dE|/2E, that the run has lost or gained.
 
 A companion with twice the elements differs from the run by 1 - 2^-p of the run's error. For the
 stress, whose order p may be as low as 1, that is half the error: its difference counts double.
@@ -16,7 +16,8 @@ from dataclasses import replace
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.companion import (
+from hcm.contact.law import STICK
+from hcm.estimates.companion import (
     STEP_RATIO,
     TIGHTER,
     companion_finger,
@@ -28,16 +29,22 @@ from hcm.companion import (
     rescaled_settings,
     undamped_settings,
 )
-from hcm.contact.law import STICK
-from hcm.error_cautions import TITLES, caution, later_taps, percent, relative_errors, tap_peaks
-from hcm.fall import bending_wave_stress, magnified, omitted_time, rods_fall
-from hcm.flight_band import flight_band, touch_band
+from hcm.estimates.error_cautions import (
+    TITLES,
+    caution,
+    later_taps,
+    percent,
+    relative_errors,
+    tap_peaks,
+)
+from hcm.estimates.flight_band import flight_band, touch_band
+from hcm.estimates.resolution import CAUTION_ERROR
+from hcm.flight.fall import bending_wave_stress, magnified, omitted_time, rods_fall
 from hcm.model import Scene
 from hcm.parameters import GAUSS
-from hcm.resolution import CAUTION_ERROR
-from hcm.result import Errors, Summary, TapResult
-from hcm.status import Status
-from hcm.summary import vertex
+from hcm.results.result import Errors, Summary, TapResult
+from hcm.results.status import Status
+from hcm.taps.summary import vertex
 from hcm.workload import most_steps
 
 # The estimate of what a rigid flight leaves out is 8 to 200 times the change (`hcm.simulate`) in

@@ -24,12 +24,12 @@ from typing import Any
 
 from numpy.polynomial.polynomial import polyval
 
-from hcm.fall import Fall, slowest_frequency
+from hcm.estimates.resolution import over_phase
+from hcm.flight.fall import Fall, slowest_frequency
 from hcm.modal_flight import MOST_MODAL, rings
 from hcm.model import Scene
 from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx, Settings
-from hcm.resolution import over_phase
-from hcm.result import Choice
+from hcm.results.result import Choice
 from hcm.simulate import LARGEST_LEFT_OUT
 
 MOST_ELEMENTS = 200

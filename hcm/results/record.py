@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats, Ints
+from hcm.assembly.state import Motion, RunTotals
 from hcm.beam.chain import Chain
 from hcm.beam.energy import energies, stress_at_probe
 from hcm.beam.probe import Probe
@@ -21,8 +22,7 @@ from hcm.contact.contract import (
 from hcm.contact.events import TOUCH
 from hcm.contact.law import FLIGHT, ContactState
 from hcm.integrators.step import AnyIntegrator
-from hcm.result import COLUMNS, EVENT_KINDS, Event
-from hcm.state import Motion, RunTotals
+from hcm.results.result import COLUMNS, EVENT_KINDS, Event
 
 # Energies held, then losses, lie between these two columns.
 KINETIC, DRIVE_WORK = COLUMNS.index("kinetic"), COLUMNS.index("drive_work")

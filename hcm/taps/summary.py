@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from hcm.arrays import Floats
 from hcm.compiled import entry_with
 from hcm.contact.law import SLIP
-from hcm.force_curve import next_contact_step
 from hcm.integrators.gauss_tableau import tableau
-from hcm.result import Event, History, Summary
+from hcm.results.force_curve import next_contact_step
+from hcm.results.result import Event, History, Summary
 
 
 @entry_with()

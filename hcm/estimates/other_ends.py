@@ -1,4 +1,4 @@
-"""Other ends of a first tap, if the rule that separates taps (`hcm.tap`) decided narrowly.
+"""Other ends of a first tap, if the rule that separates taps (`hcm.taps.tap`) decided narrowly.
 
 An end is open if the value that the rule compared differs from its threshold by at most
 `THRESHOLD_SHARE` times the threshold plus `ERROR_FACTOR` times the estimated error of the tap's
@@ -10,11 +10,11 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from hcm.companion import repetition_settings
-from hcm.estimate import FROM_SPEED, USABLE_STATUSES
+from hcm.estimates.companion import repetition_settings
+from hcm.estimates.estimate import FROM_SPEED, USABLE_STATUSES
 from hcm.model import Scene
-from hcm.result import OtherEnd, TapResult
-from hcm.status import Status
+from hcm.results.result import OtherEnd, TapResult
+from hcm.results.status import Status
 from hcm.workload import most_steps
 
 THRESHOLD_SHARE, ERROR_FACTOR = 1e-4, 4.0

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.assembly.equations import fill_chords
 from hcm.beam.chain import Chain
-from hcm.beam.equations import fill_chords
 from hcm.beam.joint_torque import turn_rate, turned_angle
 from hcm.compiled import entry, kernel
 from hcm.contact.contract import (

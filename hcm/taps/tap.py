@@ -20,7 +20,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.parameters import Finger
-from hcm.result import Event, OtherEnd
+from hcm.results.result import Event, OtherEnd
 
 SEPARATION_SHARE, SEPARATION_TRANSITS, SAME_TAP = 0.1, 0.25, 2.0
 # A tap fades out if F_n stays below the first share of its peak for longer than the second share of

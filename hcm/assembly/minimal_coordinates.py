@@ -13,8 +13,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
 from hcm.arrays import Floats, Ints
+from hcm.assembly.equations import residual
 from hcm.beam.chain import Chain
-from hcm.beam.equations import residual
 from hcm.compiled import allocating
 from hcm.contact.law import ContactLaw, ContactState, contact_force, particle_velocity
 

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.estimates.resolution import CAUTION_ERROR
 from hcm.parameters import Settings
-from hcm.resolution import CAUTION_ERROR
-from hcm.result import Errors, Summary, TapResult
+from hcm.results.result import Errors, Summary, TapResult
 
 TITLES = {
     "contact_time_s": "time of contact",

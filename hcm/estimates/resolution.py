@@ -19,15 +19,15 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.compiled import entry_with
 from hcm.parameters import GAUSS, Settings
-from hcm.result import Event, History, Summary
-from hcm.status import Status
+from hcm.results.result import Event, History, Summary
+from hcm.results.status import Status
 
 # A step counts as at most this many times the one beside it. F_n may jump within a step that an
 # event cuts short, as another law begins (refined, with restitution: by 0.2 to 2 %), and h^2 |F''|
 # would contain the jump times twice the ratio of the steps, which has no bound.
 LONGER = 2.0
 # Errors beyond which a run carries a caution (of the time scale here, of any number in
-# `hcm.estimate`), and beyond which its time scale has it rejected.
+# `hcm.estimates.estimate`), and beyond which its time scale has it rejected.
 CAUTION_ERROR, LARGEST_TIME_ERROR = 0.01, 0.1
 # Steps of a phase whose error is `CAUTION_ERROR`.
 LEAST_PHASE_STEPS = math.pi / math.sqrt(12 * CAUTION_ERROR)

@@ -1,9 +1,9 @@
 """How far apart two flights end: the error that the touch, and so the tap, may have.
 
-The two (`hcm.companion`: one keeps the vibration that the other damps) differ by d. It is taken as
-twice the root mean square over the last `FLIGHT_SHARE` of the flight, as at the touch itself the
-vibration may be near a zero. The force is changed by what lasts for a good part of the contact, the
-mean of d(v_n) over half its duration.
+The two (`hcm.estimates.companion`: one keeps the vibration that the other damps) differ by d. It is
+taken as twice the root mean square over the last `FLIGHT_SHARE` of the flight, as at the touch
+itself the vibration may be near a zero. The force is changed by what lasts for a good part of the
+contact, the mean of d(v_n) over half its duration.
 """
 
 import math
@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcm.arrays import Floats
-from hcm.companion import first_contact
-from hcm.result import History, TapResult
+from hcm.estimates.companion import first_contact
+from hcm.results.result import History, TapResult
 
 FLIGHT_SHARE, SAMPLES = 0.1, 400
 

@@ -1,0 +1,1 @@
+"""Beams, hinges and contact together: equations of motion, their state, statics, coordinates."""

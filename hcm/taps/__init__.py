@@ -1,0 +1,1 @@
+"""Which touches are one tap, when it ends, and the first tap's scalars."""

@@ -18,14 +18,7 @@ from validation.scenes.load import file_name, load_scene, read_toml
 from validation.scenes.messages import check_value, one_line, show
 from validation.scenes.scene_number import SceneNumber
 from validation.scenes.tables import Table
-from validation.sweep.axis import (
-    MOST_POINTS,
-    Axis,
-    check_apart,
-    check_axis,
-    check_key,
-    clash,
-)
+from validation.sweep.axis import MOST_POINTS, Axis, check_apart, check_axis, check_key, clash
 
 Sampling = Literal["sobol", "latin-hypercube", "random", "grid", "file"]
 

@@ -14,14 +14,7 @@ from numpy.typing import NDArray
 from validation.errors import UserError
 from validation.scenes.load import parse_value, read_text
 from validation.scenes.messages import check_value, show
-from validation.sweep.axis import (
-    MOST_POINTS,
-    Axis,
-    check_apart,
-    check_key,
-    clash,
-    frozen,
-)
+from validation.sweep.axis import MOST_POINTS, Axis, check_apart, check_key, clash, frozen
 from validation.sweep.plan import Plan, Points, assignment
 
 LARGEST_FILE = 1_000_000_000  # bytes of a file of points

@@ -5,14 +5,7 @@ from validation.harness.page import above_or_below, opening, signed
 from validation.harness.quantities import COMPARED, OF_A_TAP, Quantity, quantity
 from validation.harness.uncertainty import two_digits
 from validation.models.variants import cumulative, leave_one_out, short_name
-from validation.validate.plan import (
-    DEFAULT_REFERENCE,
-    PAPER_REDUCED,
-    PLANE,
-    REFINED,
-    RunName,
-    Runs,
-)
+from validation.validate.plan import DEFAULT_REFERENCE, PAPER_REDUCED, PLANE, REFINED, RunName, Runs
 
 TANGENTIAL = quantity("peak_tangential_force_N")
 ROUND = {PAPER_REDUCED.model, REFINED, DEFAULT_REFERENCE.model}  # models of the finger itself

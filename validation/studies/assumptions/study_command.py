@@ -28,13 +28,7 @@ from validation.harness.tables import write_table
 from validation.harness.timing import shortest_in_turns
 from validation.harness.uncertainty import two_digits
 from validation.models.hcm import hcm_scene
-from validation.models.variants import (
-    Variant,
-    all_variants,
-    cumulative,
-    leave_one_out,
-    short_name,
-)
+from validation.models.variants import Variant, all_variants, cumulative, leave_one_out, short_name
 from validation.scenes.load import load_scene
 from validation.studies.assumptions.rule import rules
 from validation.studies.assumptions.study import (

@@ -23,13 +23,7 @@ from validation.compare.tap_errors import TapQuantities
 from validation.models.hcm import hcm_scene
 from validation.scenes.load import load_scene
 from validation.studies.bench.truths import TAP_ELEMENTS
-from validation.studies.bench.work_precision import (
-    Options,
-    Setting,
-    Solution,
-    Solver,
-    complete_tap,
-)
+from validation.studies.bench.work_precision import Options, Setting, Solution, Solver, complete_tap
 
 # `hcm.Settings`: error control in flight and contact; each series changes what its name says.
 BASE: Options = {

@@ -1,5 +1,6 @@
 """``fingertap sweep``: many scenes through models, here or on a cluster."""
 
+import itertools
 from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
@@ -10,7 +11,7 @@ import xarray
 
 from validation.errors import RunFailedError, UserError
 from validation.harness.console import output, progress_bar, say
-from validation.harness.files import exclusive_folder, safe_name
+from validation.harness.files import exclusive_folder, remove, safe_name
 from validation.harness.line_store import LineStore
 from validation.models.adapter import Progress
 from validation.runs.execute import compile_in_fresh_process
@@ -89,7 +90,18 @@ def solve_plan(
     todo = [task for task in distinct.values() if finished.load(task.inputs) is None]
     if had := len(distinct) - len(todo):
         say(f"{folder / 'results.jsonl'} has {had} of {len(distinct)} results")
-    retried: dict[str, Row] = {}
+    retried, ended = dict[str, Row](), itertools.count(had + 1)
+
+    def keep(progress: Progress, task: SweepTask, found: Row) -> None:
+        if found["status"] == INTERRUPTED:
+            raise KeyboardInterrupt
+        if found["status"] in RETRIED:
+            retried[task.run] = found
+        else:
+            finished.keep(task.inputs, found)
+        done = next(ended)
+        progress(done / len(distinct), f"{task.model}, {done} of {len(distinct)} runs")
+
     begun = not todo
     try:
         if todo:
@@ -100,8 +112,9 @@ def solve_plan(
             ):
                 begun = True  # before, the folder stays as it is
                 clear_report(folder)
-                dataset.clear(folder)
-                _solve(crew, chosen, todo, len(distinct), finished, retried, progress)
+                # an older dataset does not fit the new results, and may be of another plan
+                remove(folder, dataset.DATASET, dataset.TABLE)
+                solve_all(crew, chosen.scene, chosen.document, todo, partial(keep, progress))
     finally:
         if begun:  # the results so far, also if the sweep is interrupted
             rows = [[dataset.SweepResult()] * len(chosen.solvers) for _ in range(len(points))]
@@ -135,24 +148,3 @@ def _crew(
         return dask_cluster(address, models)
     compile_in_fresh_process(models, doing)
     return processes_here(workers)
-
-
-def _solve(
-    crew: Crew, plan: Plan, todo: list[SweepTask], total: int, finished: LineStore,
-    retried: dict[str, Row], progress: Progress,
-) -> None:  # fmt: skip
-    """Solve what is not finished; rows that are to be tried again go to `retried`."""
-    done = total - len(todo)
-
-    def keep(task: SweepTask, found: Row) -> None:
-        nonlocal done
-        if found["status"] == INTERRUPTED:
-            raise KeyboardInterrupt
-        if found["status"] in RETRIED:
-            retried[task.run] = found
-        else:
-            finished.keep(task.inputs, found)
-        done += 1
-        progress(done / total, f"{task.model}, {done} of {total} runs")
-
-    solve_all(crew, plan.scene, plan.document, todo, keep)

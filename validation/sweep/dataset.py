@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray
 
-from validation.harness.files import remove, write_dataset, write_text
+from validation.harness.files import write_dataset, write_text
 from validation.harness.provenance import provenance
 from validation.harness.quantities import QUANTITIES, Quantity, unit_of
 from validation.harness.record_schema import stated_errors
@@ -81,11 +81,6 @@ def write(folder: Path, dataset: xarray.Dataset) -> None:
     write_dataset(folder / DATASET, dataset)
     table = dataset.to_dataframe().reset_index()
     write_text(folder / TABLE, table.to_csv(index=False))
-
-
-def clear(folder: Path) -> None:
-    """Remove an older dataset, which does not fit the new results and may be of another plan."""
-    remove(folder, DATASET, TABLE)
 
 
 @dataclass(frozen=True)

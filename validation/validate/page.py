@@ -47,14 +47,8 @@ RUNGS = {  # titles, and what the reference's uncertainty is
     ),
 }
 TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the file's name
-    "accuracy": (
-        tables.ACCURACY_COLUMNS,
-        "The models against the references",
-    ),
-    "efficiency": (
-        tables.EFFICIENCY_COLUMNS,
-        "Time and memory of each run, alone in its process",
-    ),
+    "accuracy": (tables.ACCURACY_COLUMNS, "The models against the references"),
+    "efficiency": (tables.EFFICIENCY_COLUMNS, "Time and memory of each run, alone in its process"),
     "ladder": (tuple(rungs.Comparison.__annotations__), "The ladder of comparisons, rungs 2 to 4"),
     "ladder_causes": (rungs.CAUSE_COLUMNS, "From the blind prediction to the reference"),
     "table_2": (tables.COLUMNS_2, "The paper's Table 2"),

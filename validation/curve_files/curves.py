@@ -4,7 +4,6 @@ import numpy as np
 
 from validation.curve_files.contract import Samples, Sidecar
 from validation.curve_files.notes import notes_of, saturation, unknown_start
-from validation.curve_files.sample_errors import tap_errors
 from validation.curve_files.tap import AXES, sampled_tap
 from validation.models.curves import Curves, other_than_stated, tap_scalars
 
@@ -17,8 +16,7 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     Raises UserError: as `sampled_tap`.
     """
     beside, tap = f"{origin}.toml", sampled_tap(samples, origin, sidecar)
-    time, first, contact = tap.time, tap.first, tap.contact
-    errors = tap_errors(time, tap.forces, contact, tap.touches, first, tap.hidden, tap.zero_lines)
+    contact, errors = tap.contact, tap.errors()
     notes = notes_of(samples, tap, errors.keys(), beside, sidecar)
     errors |= sidecar.uncertainty.model_dump(exclude_unset=True)
     if unknown := unknown_start(tap, sidecar, beside):
@@ -33,10 +31,11 @@ def curves_of(samples: Samples, origin: str, sidecar: Sidecar) -> tuple[Curves, 
     scalars = sidecar.scalars.model_dump(exclude_unset=True)
     stated = scalars.keys() & sidecar.uncertainty.model_fields_set
     for name in tap.axes:
-        if saturated := saturation(name, contact[name][first], tap.body, beside):
+        if saturated := saturation(name, contact[name][tap.first], tap.body, beside):
             notes.append(saturated)
             errors |= {key: np.inf for key in AXES[name] if key not in stated}
-    curves = Curves(time, contact["normal_force"], contact.get("tangential_force"), scalars, errors)
+    forces = contact["normal_force"], contact.get("tangential_force")
+    curves = Curves(tap.time, *forces, scalars, errors)
     remedy = (
         f"take it out of {beside} unless it is the better one (half_model, time_offset_s and"
         " threshold_N change the curves alone)"

@@ -1,16 +1,12 @@
 """Errors of a tap's numbers by what its samples are: their deviations, scatter and places."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from validation.harness.record import Floats
-from validation.models.curves import touch_bounds
 
-SCATTER_SAMPLES = 2  # most of a touch that may be scatter
 UNKNOWN = (np.inf, np.inf)  # of both ends
 EQUAL = 3  # pairs of equal neighbours in rounded samples: exact ones have two at most, at a peak
 COARSEST = 1 / 16  # of the peak: rounding in larger steps is taken for saturation
@@ -223,33 +219,3 @@ def normal_force_errors(
         "peak_normal_force_time_s": far + float(ends[0]),
         "normal_impulse_N_s": known + line.offset * float(time[-1] - time[0]),
     }
-
-
-def tap_errors(
-    time: Floats, forces: Mapping[str, Floats], contact: Mapping[str, Floats],
-    touches: NDArray[np.bool_], tap: slice, hidden: float, lines: Mapping[str, ZeroLine],
-) -> dict[str, float]:  # fmt: skip
-    """Errors of a tap's numbers by its samples' standard deviations, where there are any.
-
-    contact : the forces, zero out of contact. hidden : force up to which nothing touches, N.
-    lines : the forces' zero lines.
-    """
-    errors: dict[str, float] = {}
-    if (sigma := forces.get("normal_force_sigma")) is not None:
-        step = quantum(forces["normal_force"][tap])
-        errors = normal_force_errors(
-            time[tap], contact["normal_force"][tap], sigma[tap], hidden, lines["normal_force"], step
-        )
-        errors["contact_duration_s"] += _stray_end(time[tap], touches[tap])
-    if (sigma := forces.get("tangential_force_sigma")) is not None and "tangential_force" in lines:
-        pulled, line = contact["tangential_force"][tap], lines["tangential_force"]
-        step = quantum(forces["tangential_force"][tap])
-        errors["peak_tangential_force_N"], _ = peak_error(time[tap], pulled, sigma[tap], line, step)
-    return errors
-
-
-def _stray_end(time: Floats, touches: NDArray[np.bool_]) -> float:
-    """How much later a tap ends by last touches of `SCATTER_SAMPLES` or fewer, s."""
-    bounds = touch_bounds(touches)
-    solid = [end for begin, end in bounds if end - begin > SCATTER_SAMPLES]
-    return float(time[bounds[-1, 1] - 1] - time[solid[-1] - 1]) if solid else 0.0

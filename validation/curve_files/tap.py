@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from validation.curve_files.contract import Samples, Sidecar
 from validation.curve_files.sample_errors import (
-    SCATTER_SAMPLES,
     ZeroLine,
+    normal_force_errors,
+    peak_error,
     quantum,
     zero_line,
 )
@@ -18,6 +19,7 @@ from validation.errors import UserError
 from validation.harness.record import Floats
 from validation.models.curves import touch_bounds, touches_of_tap
 
+SCATTER_SAMPLES = 2  # most of a touch that may be scatter
 # A first touch of few samples is scatter beside a later one of this many times its force or, if
 # that is larger, of this many times its samples; a threshold of a larger share hides a tap.
 SCATTER_RATIO, SCATTER_LENGTH, SCATTER_SHARE = 3.0, 5, 0.5
@@ -68,6 +70,25 @@ class SampledTap:
         """What the forces of `axes` are out of contact."""
         idle = ~self.touches
         return {name: zero_line(self.forces[name][idle], self.round_off) for name in self.axes}
+
+    def errors(self) -> dict[str, float]:
+        """Errors of the tap's numbers by its samples' standard deviations, where there are any."""
+        errors, tap = dict[str, float](), self.first
+        time, bounds = self.time[tap], touch_bounds(self.touches[tap])
+        for name in self.axes:
+            if (sigma := self.forces.get(f"{name}_sigma")) is None:
+                continue
+            samples = time, self.contact[name][tap], sigma[tap]
+            line, step = self.zero_lines[name], quantum(self.forces[name][tap])
+            if name == "normal_force":
+                errors |= normal_force_errors(*samples, self.hidden, line, step)
+                # how much later it ends by last touches that may be scatter
+                solid = [end for begin, end in bounds if end - begin > SCATTER_SAMPLES]
+                stray = time[bounds[-1, 1] - 1] - time[solid[-1] - 1] if solid else 0.0
+                errors["contact_duration_s"] += float(stray)
+            else:
+                errors["peak_tangential_force_N"], _ = peak_error(*samples, line, step)
+        return errors
 
 
 def sampled_tap(samples: Samples, origin: str, sidecar: Sidecar) -> SampledTap:

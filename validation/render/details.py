@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyvista as pv
+from PIL import Image
 from scipy.spatial.transform import Rotation
 
 from validation.harness.files import atomic
@@ -19,8 +21,6 @@ def draw_patch(path: Path, mesh: Any, text: str, height: float) -> None:
 
     A plane body has no underside and is drawn from the side.
     """
-    import pyvista as pv
-
     pressure = mesh[views.PRESSURE]
     largest = float(np.max(pressure))
     limits = (0.0, largest or 1.0)
@@ -91,8 +91,6 @@ def draw_shape(path: Path, file: Path, text: str, height: float) -> None:
 
 def write_gif(path: Path, frames: list[Path]) -> None:
     """Write frames as a looping GIF of half their size with one palette; the last stays longer."""
-    from PIL import Image
-
     images = [views.reduced(frame) for frame in frames]
     palette = images[len(images) // 2].quantize(256)
     indexed = [image.quantize(palette=palette, dither=Image.Dither.NONE) for image in images]

@@ -9,6 +9,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from validation.errors import UserError, in_one_line
 
 FIELDS = Path("fields")
@@ -79,8 +81,6 @@ def read_curves(folder: Path) -> tuple[str, Any]:
 
     Raises UserError: the run did not complete, or one of the files is damaged or not a run's.
     """
-    import numpy as np
-
     if not (folder / "curves.csv").is_file():
         raise UserError(
             f"render {folder}: curves.csv is missing, which only a completed run has: leave"
@@ -138,8 +138,6 @@ def check_fields(path: Path, mesh: Any) -> None:
 
     Raises UserError: one line that names the file and what it lacks.
     """
-    import numpy as np
-
     points, cells = getattr(mesh, "n_points", 0), getattr(mesh, "n_cells", 0)
     wanted = {
         "displacement": (mesh.point_data, (points, 3)),

@@ -4,6 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyvista as pv
+from PIL import Image
 
 from validation.harness.files import atomic
 from validation.render.run_folder import check_fields
@@ -31,8 +33,6 @@ BAR = {
 
 def read_fields(path: Path) -> Any:
     """The undeformed body with the fields of a step."""
-    import pyvista as pv
-
     try:
         mesh = pv.read(path)
     except Exception:  # VTK's readers raise all kinds of exceptions
@@ -58,8 +58,6 @@ def surface(mesh: Any, cut: bool) -> Any:
     cut : whether to keep only the far half of a half model, so that the plane of motion with the
         stress inside the body faces the camera; otherwise the half is completed by its mirror.
     """
-    import pyvista as pv
-
     low, high = mesh.bounds[4:]
     if low < -0.5 * high:  # the whole body
         behind = mesh.cell_centers().points[:, 2] < 0.0
@@ -82,8 +80,6 @@ def _surface_and_camera(
 
     Zoomed in, the view is centred a little beside the lowest point, whose X may be given.
     """
-    import pyvista as pv
-
     x_low, x_high, _, y_high = np.asarray(mesh.bounds)[:4]
     tip_x = lowest_x(mesh) if look_at is None else look_at
     near = NEAR * float(np.linalg.norm(np.ptp(mesh.points, axis=0)))
@@ -108,8 +104,6 @@ def scale_bar(plotter: Any, start: Any, length: float, label: Any, color: str) -
     """Add a line of about this length, m, along X; `label` is its label's offset from its middle,
     m.
     """
-    import pyvista as pv
-
     length = float(f"{length:.1g}")
     end = start + np.array([length, 0, 0])
     plotter.add_mesh(pv.Line(start, end), color=color, line_width=5, lighting=False)
@@ -168,8 +162,6 @@ def draw(
     shadow: Any = None,
 ) -> None:
     """Draw one picture of one field."""
-    import pyvista as pv
-
     plotter = pv.Plotter(off_screen=True, window_size=list(SIZE))
     if shadow is not None:
         plotter.add_mesh(shadow, color=EDGE_COLOR, lighting=False)
@@ -187,8 +179,6 @@ def draw(
 
 def screenshot(plotter: Any, path: Path) -> None:
     """Store what a plotter shows, with the best compression, and close it."""
-    from PIL import Image
-
     with atomic(path) as temporary:
         plotter.screenshot(str(temporary))
     plotter.close()
@@ -198,16 +188,12 @@ def screenshot(plotter: Any, path: Path) -> None:
 
 def reduced(path: Path) -> Any:
     """A picture at half its size."""
-    from PIL import Image
-
     with Image.open(path) as image:
         return image.convert("RGB").resize(HALF_SIZE, Image.Resampling.LANCZOS)
 
 
 def contact_sheet(path: Path, pictures: list[Path], columns: int) -> None:
     """Write several pictures as one, each at half its size."""
-    from PIL import Image
-
     width, height = HALF_SIZE
     rows = -(-len(pictures) // columns)
     sheet = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")

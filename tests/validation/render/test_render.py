@@ -15,7 +15,7 @@ from validation.errors import UserError
 from validation.harness.processes import CrashedError
 from validation.harness.run_files import write_run
 from validation.render import command as render_command
-from validation.render import interactive, off_screen
+from validation.render import interactive, off_screen, pictures
 from validation.render.details import beyond_rigid
 from validation.render.off_screen import PICTURES, Renders, missing_libraries
 from validation.render.run_folder import DrawnRun, read_curves, read_steps
@@ -297,16 +297,14 @@ def test_times_on_pictures_tell_steps_apart() -> None:
 def test_a_run_without_a_touch_has_no_peak(monkeypatch: Patch) -> None:
     """Its pictures said "peak force", and that 0 MPa were beyond the scale."""
     said: list[str] = []
-    monkeypatch.setattr(off_screen, "deformed", lambda *a, **b: {off_screen.STRESS: np.zeros(3)})
+    monkeypatch.setattr(pictures, "deformed", lambda *a, **b: {pictures.STRESS: np.zeros(3)})
     monkeypatch.setattr(
-        off_screen, "draw", lambda path, mesh, field, text, *a, **b: said.append(text)
+        pictures, "draw", lambda path, mesh, field, text, *a, **b: said.append(text)
     )
     run = DrawnRun([(0.0, Path()), (1e-3, Path())], None, None, 0.1, "soft", "UNSTABLE")
-    off_screen.Drawing(run, ()).stress(Path())
+    pictures.Drawing(run, ()).stress(Path())
     assert said == ["soft\nt = 1000 µs\nlargest 0 MPa"]
     touched = replace(run, contact_s=4e-4, peak_s=7e-4)
-    monkeypatch.setattr(
-        off_screen, "deformed", lambda *a, **b: {off_screen.STRESS: np.arange(1000.0)}
-    )
-    off_screen.Drawing(touched, ()).stress(Path())
+    monkeypatch.setattr(pictures, "deformed", lambda *a, **b: {pictures.STRESS: np.arange(1000.0)})
+    pictures.Drawing(touched, ()).stress(Path())
     assert said[1:] == ["soft\nt - t_c = 600 µs (peak force)\nlargest 999 MPa, beyond the scale"]

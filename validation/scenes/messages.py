@@ -119,21 +119,15 @@ def _one(error: Any, of: type[BaseModel]) -> str:
 
 
 def _missing(key: str) -> str:
-    inside = [
-        k for k, field in known_keys().items() if k.startswith(key + ".") and field.is_required()
-    ]
+    known = known_keys()
+    inside = [k for k, field in known.items() if k.startswith(f"{key}.") and field.is_required()]
     if inside:
-        names = ", ".join(k.removeprefix(key + ".") for k in inside)
+        names = ", ".join(k.removeprefix(f"{key}.") for k in inside)
         return f"add a table [{key}] with {names}"
     table, _, name = key.rpartition(".")
-    return f"add {name} = ... under [{table}]" + _advice(key)
-
-
-def _advice(key: str) -> str:
-    """What a key's declaration advises, after a semicolon."""
-    declared = known_keys()[key].metadata if key in known_keys() else []
-    given = [of.advice for of in declared if isinstance(of, SceneNumber) and of.advice]
-    return "".join(f"; {text}" for text in given)
+    declared = known[key].metadata if key in known else []
+    advice = [of.advice for of in declared if isinstance(of, SceneNumber) and of.advice]
+    return "; ".join([f"add {name} = ... under [{table}]", *advice])
 
 
 def one_line(error: ValidationError, of: type[BaseModel] = Scene) -> str:

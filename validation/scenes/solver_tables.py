@@ -60,11 +60,6 @@ def settings_of(solver: str) -> dict[type, tuple[str, ...]]:
     return {reference_fem.Settings: OUTPUT, meshes.Sizing: LIMITS}
 
 
-def _declared_by(solver: str) -> dict[str, Any]:
-    kinds = settings_of(solver).items()
-    return {key: kind for settings, out in kinds for key, kind in _declared(settings, out).items()}
-
-
 class AccuracyTable(Table):
     """What may be asked of a solver instead of stating its settings."""
 
@@ -115,7 +110,10 @@ BASES: dict[str, type[Table]] = {"hcm": AccuracyTable, "fem": FemMeshTable}
 @cache
 def solver_table(name: str) -> type[Table]:
     """``[solver.hcm]`` or ``[solver.fem]``: the keys of `BASES` and the solver's settings."""
-    return create_model(f"{name.title()}Table", __base__=BASES[name], **_declared_by(name))
+    declared: dict[str, Any] = {}
+    for settings, left_out in settings_of(name).items():
+        declared |= _declared(settings, left_out)
+    return create_model(f"{name.title()}Table", __base__=BASES[name], **declared)
 
 
 def _checked_by(name: str) -> AfterValidator:

@@ -83,7 +83,7 @@ def results() -> str:
 def history() -> str:
     """The curves of a run, as history.nc and the results' `history` name them."""
     import hcm
-    from reference_fem.result import Sampled
+    from reference_fem.results.result import Sampled
     from validation.harness.quantities import unit_of
     from validation.scenes.schema import attribute_docstrings
 

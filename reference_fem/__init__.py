@@ -8,23 +8,23 @@
 ...     reference_fem.Surface(height=0.1, friction=0.5), reference_fem.Drive())  # doctest: +SKIP
 """
 
-from reference_fem.accuracy import ACCURACY_QUANTITIES, COARSEST, SMALLEST, sizes_for
-from reference_fem.contact.lumped import LumpedContact
 from reference_fem.dynamics.restart import Restart, RestartError
-from reference_fem.flight_error import RodFlight, rod_flight
-from reference_fem.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
-from reference_fem.rigid_chain import ChainState
+from reference_fem.estimates.accuracy import ACCURACY_QUANTITIES, COARSEST, SMALLEST, sizes_for
+from reference_fem.estimates.flight_error import RodFlight, rod_flight
+from reference_fem.flight.touch import Touch, impact_state, predicted_touch
+from reference_fem.results.result import ForceRecord, History, Snapshot, Status, Summary, TapResult
+from reference_fem.rigid.rigid_chain import ChainState
 from reference_fem.settings import (
     NEO_HOOKE,
     ONE_POINT,
     Drive,
+    LumpedContact,
     Material,
     Settings,
     Surface,
     TorqueTable,
 )
 from reference_fem.simulate import simulate
-from reference_fem.touch import Touch, impact_state, predicted_touch
 
 __all__ = [
     "ACCURACY_QUANTITIES",

@@ -7,7 +7,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Flags
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, History, Snapshot
+from reference_fem.results.result import ForceRecord, History, Snapshot
 from reference_fem.settings import NEO_HOOKE, Settings
 
 # Limit of the second difference of F_n at its peak over three times the peak, for lags of one step

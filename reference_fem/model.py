@@ -17,12 +17,14 @@ from reference_fem.elements.kinds import (
     hex8_one_point,
     quad4_plane_stress,
 )
+from reference_fem.elements.section import Section, build_section
+from reference_fem.elements.stress_probe import StressProbe, build_probe
 from reference_fem.joints.constraints import Constraints
 from reference_fem.joints.couples import Couples, couples_of
 from reference_fem.joints.hinges import Hinges, build_hinges, mean_weights
-from reference_fem.joints.section import Section, build_section
 from reference_fem.mesh_sets import bodies, symmetry_plane, wanted
-from reference_fem.rigid_chain import RigidChain, build_chain
+from reference_fem.rigid.rigid_chain import RigidChain, build_chain
+from reference_fem.rigid.true_body import mass_factors, true_chain
 from reference_fem.settings import (
     NEO_HOOKE,
     ONE_POINT,
@@ -35,10 +37,8 @@ from reference_fem.settings import (
     check_materials,
 )
 from reference_fem.stable_step import stable_step
-from reference_fem.stress_probe import StressProbe, build_probe
 from reference_fem.ties import Ties, ties_of
 from reference_fem.torques import Torques
-from reference_fem.true_body import mass_factors, true_chain
 
 
 @dataclass(frozen=True)

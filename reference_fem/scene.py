@@ -7,7 +7,7 @@ from typing import Any
 import meshes
 from meshes.bounds import check_fields, check_kind
 from reference_fem.dynamics.restart import digest
-from reference_fem.rigid_chain import ChainState
+from reference_fem.rigid.rigid_chain import ChainState
 from reference_fem.settings import Drive, Material, Settings, Surface
 
 

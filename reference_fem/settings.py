@@ -12,7 +12,6 @@ from typing import Annotated, Final, Literal
 import numpy as np
 
 from meshes.bounds import Bound, check_fields, check_number
-from reference_fem.contact.lumped import LumpedContact
 from reference_fem.torques import Torques
 
 Flight = Literal["rigid", "explicit", "coarse"]
@@ -162,6 +161,48 @@ class Drive:
         """The torques that act on each phalanx, reactions included."""
         torques = self.torques_for(phalanges)
         return torques.with_reactions() if self.reaction else torques
+
+
+@dataclass(frozen=True)
+class LumpedContact:
+    """The reduced model's contact law, at one point (see `contact.lumped`)."""
+
+    normal_stiffness: Annotated[float, Bound("N/m", above=0)]
+    """k."""
+    restitution: Annotated[float, Bound(at_least=1e-3, at_most=1)] = 1.0
+    """e*, energetic coefficient."""
+    tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
+    """η⁻², tangential over normal stiffness; 0 transmits no tangential force."""
+    hertz_force: Annotated[float | None, Bound("N", above=0)] = None
+    """None: linear normal elements. A force F*: Hertz's law instead of these,
+    F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at F*."""
+
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.hertz_force is not None and self.restitution != 1.0:
+            raise ValueError(
+                f"hertz_force = {self.hertz_force}: needs restitution = 1 (it is "
+                f"{self.restitution})"
+            )
+
+    @property
+    def stiffest(self) -> float:
+        """Largest slope of the law, N/m: what the explicit step has to resolve.
+
+        Hertz's slope at force F is (6/5) k (F/F*)^(1/3): this covers up to fifteen times F*.
+        """
+        steep = 3.0 if self.hertz_force is not None else self.restitution**-2
+        return self.normal_stiffness * max(steep, self.tangential_ratio)
+
+    @property
+    def constants(self) -> tuple[float, float, float, float]:
+        """k, e*, η⁻² and F* (0 for the linear law), as the kernel takes them."""
+        return (
+            self.normal_stiffness,
+            self.restitution,
+            self.tangential_ratio,
+            self.hertz_force or 0.0,
+        )
 
 
 @dataclass(frozen=True)

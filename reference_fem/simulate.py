@@ -11,18 +11,18 @@ import numba
 
 import meshes
 from reference_fem.arrays import Progress
-from reference_fem.coarse_flight import CoarseFlight, coarse_flight
 from reference_fem.dynamics.archive_check import check_archive
+from reference_fem.dynamics.coarse_flight import CoarseFlight, coarse_flight
 from reference_fem.dynamics.loop import Reporting, explicit_tap, result_of
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.restart import Restart, RestartFile, identity
 from reference_fem.dynamics.state import LoopState, unpack
 from reference_fem.dynamics.step import CutsSurfaceError, start_state
-from reference_fem.estimate import SolvedScene, estimated
+from reference_fem.estimates.estimate import SolvedScene, estimated
+from reference_fem.flight.rigid_flight import Descent, descent, inner_gap, surface_gap
 from reference_fem.model import Model, build_model
-from reference_fem.result import Status, TapResult
-from reference_fem.rigid_chain import ChainState, chain_and_start, pose
-from reference_fem.rigid_flight import Descent, descent, inner_gap, surface_gap
+from reference_fem.results.result import Status, TapResult
+from reference_fem.rigid.rigid_chain import ChainState, chain_and_start, pose
 from reference_fem.scene import Scene, check_optional
 from reference_fem.settings import NEO_HOOKE, ONE_POINT, Drive, Material, Settings, Surface
 from reference_fem.workload import TooLongError, check_work

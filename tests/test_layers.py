@@ -23,6 +23,12 @@ FLOORS = {
         ("model",), ("flight", "reference_solution", "vary"), ("estimates", "start"),
         ("stepping",), ("modal_flight",), ("simulate",), ("accuracy",), ("batch",),
     ),
+    "reference_fem": (
+        ("arrays", "linked"), ("compiled", "results", "torques"), ("elements", "settings", "ties"),
+        ("contact", "mesh_sets", "rigid", "stable_step"), ("joints", "statics"), ("model",),
+        ("cautions", "flight", "workload"), ("dynamics",), ("scene",), ("estimates",),
+        ("simulate",),
+    ),
     "validation": (
         ("errors",), ("harness",), ("scenes",), ("models",), ("runs", "curve_files"), ("compare",),
         ("identify",), ("converge", "render", "sweep"), ("validate",), ("peers",), ("studies",),

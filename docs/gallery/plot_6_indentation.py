@@ -15,7 +15,7 @@ from matplotlib import pyplot as plt
 
 import meshes
 import reference_fem as fem
-from reference_fem.hertz import hertz_indentation, hertz_stiffness
+from reference_fem.contact.hertz import hertz_indentation, hertz_stiffness
 from reference_fem.statics.indentation import contact_area, indent
 from reference_fem.statics.tip import tip_compliance
 

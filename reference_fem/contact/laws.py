@@ -6,10 +6,8 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array, Index
-from reference_fem.contact.facet_quadrature import FacetQuadrature, facet_quadrature
 from reference_fem.contact.impulse import impulse_contact
 from reference_fem.contact.law import ContactLaw
-from reference_fem.contact.lumped import LumpedContact
 from reference_fem.contact.lumped_law import lumped_law
 from reference_fem.contact.penalty import (
     adjoining_cells,
@@ -18,7 +16,8 @@ from reference_fem.contact.penalty import (
     penalty_contact,
 )
 from reference_fem.contact.surface import contact_modulus, standing_out, surface_contact
-from reference_fem.settings import Material, Settings
+from reference_fem.elements.facet_quadrature import FacetQuadrature, facet_quadrature
+from reference_fem.settings import LumpedContact, Material, Settings
 from reference_fem.ties import ties_of
 
 

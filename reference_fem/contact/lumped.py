@@ -12,10 +12,6 @@ the solid (see `lumped_law`), at x_C with the gap g:
   paper's massless particle P.
 """
 
-from dataclasses import dataclass
-from typing import Annotated
-
-from meshes.bounds import Bound, check_fields
 from reference_fem.arrays import Array
 from reference_fem.compiled import inner
 from reference_fem.contact.friction import return_map, slip_loss
@@ -26,48 +22,6 @@ MEMORY = TURN = 6
 # ... and of the energies that one evaluation reports: stored now, and lost in this step.
 STORED, FRICTION_LOSS, HYSTERESIS_LOSS = range(3)
 ENERGIES = 3
-
-
-@dataclass(frozen=True)
-class LumpedContact:
-    """Constants of the law; a ValueError names one that is not allowed."""
-
-    normal_stiffness: Annotated[float, Bound("N/m", above=0)]
-    """k."""
-    restitution: Annotated[float, Bound(at_least=1e-3, at_most=1)] = 1.0
-    """e*, energetic coefficient."""
-    tangential_ratio: Annotated[float, Bound(at_least=0)] = 0.75
-    """η⁻², tangential over normal stiffness; 0 transmits no tangential force."""
-    hertz_force: Annotated[float | None, Bound("N", above=0)] = None
-    """None: the law above. A force F*: Hertz's law instead of the linear normal element,
-    F_n = F* (-g/δ*)^1.5 with δ* = 5 F*/(4 k), which stores the same energy F*²/2k at F*."""
-
-    def __post_init__(self) -> None:
-        check_fields(self)
-        if self.hertz_force is not None and self.restitution != 1.0:
-            raise ValueError(
-                f"hertz_force = {self.hertz_force}: needs restitution = 1 (it is "
-                f"{self.restitution})"
-            )
-
-    @property
-    def stiffest(self) -> float:
-        """Largest slope of the law, N/m: what the explicit step has to resolve.
-
-        Hertz's slope at force F is (6/5) k (F/F*)^(1/3): this covers up to fifteen times F*.
-        """
-        steep = 3.0 if self.hertz_force is not None else self.restitution**-2
-        return self.normal_stiffness * max(steep, self.tangential_ratio)
-
-    @property
-    def constants(self) -> tuple[float, float, float, float]:
-        """k, e*, η⁻² and F* (0 for the linear law), as the kernel takes them."""
-        return (
-            self.normal_stiffness,
-            self.restitution,
-            self.tangential_ratio,
-            self.hertz_force or 0.0,
-        )
 
 
 @inner()

@@ -10,8 +10,9 @@ from reference_fem.arrays import Array
 from reference_fem.compiled import inner, use_for
 from reference_fem.contact import law, lumped
 from reference_fem.contact.law import ContactLaw, Memory, Motion, contact_forces
-from reference_fem.contact.lumped import MEMORY, TURN, LumpedContact, lumped_force
-from reference_fem.joints.section import Section, apply_couple, build_section, section_angle
+from reference_fem.contact.lumped import MEMORY, TURN, lumped_force
+from reference_fem.elements.section import Section, apply_couple, build_section, section_angle
+from reference_fem.settings import LumpedContact
 
 
 class LumpedPoint(NamedTuple):

@@ -5,8 +5,8 @@ import numpy as np
 from meshes import FingerMesh
 from meshes.topology import numbered, sides
 from reference_fem.arrays import Array, Index
-from reference_fem.contact.facet_quadrature import facet_areas, nodal_sums
 from reference_fem.contact.springs import SpringContact, Springs
+from reference_fem.elements.facet_quadrature import facet_areas, nodal_sums
 
 
 def nodal_springs(nodes: Index, area: Array, stiffness: Array) -> SpringContact:

@@ -15,8 +15,8 @@ import numpy as np
 
 from meshes import FingerMesh
 from reference_fem.arrays import Array, Index
-from reference_fem.contact.facet_quadrature import FacetQuadrature
 from reference_fem.contact.springs import SpringContact, Springs
+from reference_fem.elements.facet_quadrature import FacetQuadrature
 
 # Distance of nodes from a sphere or cylinder over its radius at which they count as lying on it:
 # mesh files hold single precision at worst.

@@ -8,13 +8,13 @@ from dataclasses import fields
 
 import numpy as np
 
-from reference_fem.coarse_flight import CoarseFlight
 from reference_fem.contact.law import COLUMNS
+from reference_fem.dynamics.coarse_flight import CoarseFlight
 from reference_fem.dynamics.recorder import SINGLE, THINNED, Fields
 from reference_fem.dynamics.restart import Arrays
 from reference_fem.dynamics.state import LoopState, State, Tap, pack
 from reference_fem.model import Model
-from reference_fem.result import Sample
+from reference_fem.results.result import Sample
 
 # Parts of the tap in a loop state: it has none of these, or all.
 _OF_A_TAP = ("tap.first_touch_s", "tap.last_touch_s", "tap.tip_velocity")

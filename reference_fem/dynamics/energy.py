@@ -9,7 +9,7 @@ from reference_fem.dynamics.next_touch import next_touch_s
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
-from reference_fem.result import Sample
+from reference_fem.results.result import Sample
 
 
 def sample(model: Model, state: State, block: Block, origin_energy_J: float) -> Sample:

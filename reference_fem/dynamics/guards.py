@@ -11,7 +11,7 @@ from reference_fem.dynamics.step import Block
 from reference_fem.elements.geometry import CORNERS, reference_element
 from reference_fem.elements.stress import determinant, lower
 from reference_fem.model import Model
-from reference_fem.result import Sample, Status
+from reference_fem.results.result import Sample, Status
 from reference_fem.settings import NEO_HOOKE, Settings
 
 Failure = tuple[Status, str]

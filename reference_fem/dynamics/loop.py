@@ -8,7 +8,7 @@ import numpy as np
 
 from reference_fem.arrays import Progress
 from reference_fem.cautions import Evidence, cautions
-from reference_fem.coarse_flight import CoarseFlight
+from reference_fem.dynamics.coarse_flight import CoarseFlight
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.flight_block import FLIGHT_BLOCK, flight_block, speed_down
 from reference_fem.dynamics.guards import advice, failure, searched
@@ -18,9 +18,9 @@ from reference_fem.dynamics.state import LoopState, State, Tap, pack
 from reference_fem.dynamics.step import Block, advance, lowest_gap
 from reference_fem.dynamics.tap import bends_back, ending, tap_after
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, Status, Summary, TapResult
+from reference_fem.results.result import ForceRecord, Status, Summary, TapResult
+from reference_fem.results.summary import summarize
 from reference_fem.settings import Settings
-from reference_fem.summary import summarize
 
 SPEED_MARGIN = 1.0
 """Speed, m/s, added to the tip's own where it decides how far above the surface contact is searched

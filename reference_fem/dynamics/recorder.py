@@ -12,7 +12,7 @@ from reference_fem.contact.law import GAP, NORMAL, TANGENTIAL
 from reference_fem.dynamics.state import State
 from reference_fem.dynamics.step import Block
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, History, Sample, Snapshot
+from reference_fem.results.result import ForceRecord, History, Sample, Snapshot
 from reference_fem.settings import Settings
 
 T = TypeVar("T")

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import meshes
-from reference_fem.dataset import versions
+from reference_fem.results.dataset import versions
 
 Arrays = Mapping[str, NDArray[Any]]
 

@@ -10,7 +10,7 @@ from reference_fem.dynamics.next_touch import bent_touches
 from reference_fem.dynamics.state import State, Tap
 from reference_fem.dynamics.step import Block, advance
 from reference_fem.model import Model
-from reference_fem.result import ForceRecord, Status
+from reference_fem.results.result import ForceRecord, Status
 from reference_fem.settings import Settings
 
 # Fewest steps without contact that count as a separation.

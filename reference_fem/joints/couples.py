@@ -7,7 +7,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import inner, njit
-from reference_fem.joints.section import Section, apply_couple, section_angle
+from reference_fem.elements.section import Section, apply_couple, section_angle
 
 
 class Couples(NamedTuple):

@@ -10,8 +10,8 @@ import numpy as np
 from meshes.topology import outer_facets
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import inner
-from reference_fem.contact.facet_quadrature import facet_areas
 from reference_fem.contact.law import Motion
+from reference_fem.elements.facet_quadrature import facet_areas
 from reference_fem.elements.kinds import chord
 
 POINTS = 8

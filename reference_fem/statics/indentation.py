@@ -25,8 +25,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from reference_fem.arrays import Array, Flags
-from reference_fem.contact.facet_quadrature import facet_quadrature
-from reference_fem.hertz import hertz_indentation
+from reference_fem.contact.hertz import hertz_indentation
+from reference_fem.elements.facet_quadrature import facet_quadrature
 from reference_fem.statics.tip import TipCompliance
 
 PENALTY = 2000.0  # f

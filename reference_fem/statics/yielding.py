@@ -17,7 +17,7 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.contact.facet_quadrature import facet_quadrature
+from reference_fem.elements.facet_quadrature import facet_quadrature
 from reference_fem.settings import Material
 from reference_fem.statics.tip import (
     displacements,

@@ -2,8 +2,8 @@
 
 import pytest
 
-from reference_fem.accuracy import RELAXATION_SHARE, sizes_for
-from reference_fem.mesh_error import Resolution
+from reference_fem.estimates.accuracy import RELAXATION_SHARE, sizes_for
+from reference_fem.estimates.mesh_error import Resolution
 
 
 def test_sizes_leave_errors_in_proportion_to_the_accuracy() -> None:

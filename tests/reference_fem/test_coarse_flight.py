@@ -10,7 +10,7 @@ import pytest
 import meshes
 import reference_fem as rf
 from reference_fem.arrays import Array
-from reference_fem.coarse_flight import (
+from reference_fem.dynamics.coarse_flight import (
     REACH,
     CoarseFlight,
     coarse_flight,
@@ -21,9 +21,9 @@ from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.flight_block import FLIGHT_BLOCK
 from reference_fem.dynamics.state import LoopState
 from reference_fem.dynamics.step import advance, start_state
-from reference_fem.flight_error import OmittedMotion
+from reference_fem.estimates.flight_error import OmittedMotion
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import chain_and_start, pose
+from reference_fem.rigid.rigid_chain import chain_and_start, pose
 from reference_fem.scene import Scene
 from tests.reference_fem.taps import GEOMETRY, SURFACE
 from tests.reference_fem.test_restart import Counter, assert_same_bits
@@ -268,7 +268,7 @@ def test_a_flight_misses_what_its_own_cells_do(monkeypatch: pytest.MonkeyPatch) 
         sections.append(given[-1])
         return OmittedMotion(0.0, np.zeros(2))
 
-    monkeypatch.setattr("reference_fem.estimate.omitted_motion", omitted)
+    monkeypatch.setattr("reference_fem.estimates.estimate.omitted_motion", omitted)
     sizes = (meshes.Sizing(edge, edge, edge) for edge in (2e-3, 5e-3))
     mesh, light = (meshed(sizing, 2) for sizing in sizes)
     settings = replace(FLYING["settings"], estimate=True)

@@ -13,13 +13,13 @@ import pytest
 import meshes
 import reference_fem as rf
 from meshes.quality import volumes
-from reference_fem import estimate
+from reference_fem.contact.hertz import hertz_patch
 from reference_fem.dynamics.next_touch import next_touch_s
-from reference_fem.error_cautions import imprecise, later_taps, percent, unlike_shape
-from reference_fem.estimate import section, standing_out
-from reference_fem.flight_error import Flight, arrival_errors
-from reference_fem.hertz import hertz_patch
-from reference_fem.mesh_error import (
+from reference_fem.estimates import estimate
+from reference_fem.estimates.error_cautions import imprecise, later_taps, percent, unlike_shape
+from reference_fem.estimates.estimate import section, standing_out
+from reference_fem.estimates.flight_error import Flight, arrival_errors
+from reference_fem.estimates.mesh_error import (
     LEAST_SHARE,
     PEAK_TIME,
     PLANE,
@@ -31,11 +31,11 @@ from reference_fem.mesh_error import (
     spacing,
     tap_errors,
 )
+from reference_fem.flight.rigid_flight import descent, surface_gap
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import chain_and_start
-from reference_fem.rigid_flight import descent, surface_gap
-from reference_fem.summary import stress_during
-from reference_fem.true_body import true_chain, true_gap
+from reference_fem.results.summary import stress_during
+from reference_fem.rigid.rigid_chain import chain_and_start
+from reference_fem.rigid.true_body import true_chain, true_gap
 
 R, L = 0.0075, 0.04
 FINGER = meshes.FingerGeometry((L,) * 3, (2 * R,) * 3)
@@ -201,7 +201,7 @@ def test_a_touch_that_the_outline_has_a_turn_before_is_another() -> None:
 def test_of_another_touch_nothing_is_known(monkeypatch: pytest.MonkeyPatch) -> None:
     """But that there is no tangential force on a smooth surface."""
     monkeypatch.setattr(
-        "reference_fem.estimate.arrival_errors", lambda *_: (np.inf, np.full(2, np.inf))
+        "reference_fem.estimates.estimate.arrival_errors", lambda *_: (np.inf, np.full(2, np.inf))
     )
     mesh = meshes.finger_hexahedra(FINGER, meshes.Sizing(8e-3, 8e-3, 8e-3))
     run = rf.simulate(mesh, HARD, rf.Surface(0.1, 0.0), DRIVE, rf.Settings(contact="impulse"))
@@ -240,8 +240,8 @@ def test_a_run_states_the_errors_of_other_ends_and_of_a_spike(
 ) -> None:
     """And its record says when its body is down again, as its last fields do."""
     ends: tuple[dict[str, float], tuple[str, ...]] = {"contact_duration_s": 7.0}, ("open",)
-    monkeypatch.setattr("reference_fem.estimate.other_ends", lambda *_: ends)
-    monkeypatch.setattr("reference_fem.estimate.standing_out", lambda *_: {PEAK: 1e3})
+    monkeypatch.setattr("reference_fem.estimates.estimate.other_ends", lambda *_: ends)
+    monkeypatch.setattr("reference_fem.estimates.estimate.standing_out", lambda *_: {PEAK: 1e3})
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     run = rf.simulate(mesh, HARD, SURFACE, DRIVE, rf.Settings(contact="impulse"))
     # and what its rigid flight leaves out, of a peak of 284 N

@@ -14,10 +14,10 @@ from reference_fem import ChainState, Material, Settings, TorqueTable
 from reference_fem.dynamics.energy import sample
 from reference_fem.dynamics.recorder import Recorder
 from reference_fem.dynamics.step import advance, lowest_gap, start_state
-from reference_fem.joints.section import build_section
+from reference_fem.elements.section import build_section
+from reference_fem.flight.rigid_flight import fly
 from reference_fem.model import Model
-from reference_fem.rigid_chain import pose
-from reference_fem.rigid_flight import fly
+from reference_fem.rigid.rigid_chain import pose
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import body
 

@@ -11,7 +11,7 @@ import pytest
 import meshes
 import reference_fem as rf
 from meshes.topology import structured
-from reference_fem.hertz import hertz_indentation, hertz_stiffness
+from reference_fem.contact.hertz import hertz_indentation, hertz_stiffness
 from reference_fem.statics import indentation
 from reference_fem.statics.indentation import ContactArea, contact_area, indent, mindlin_ratio
 from reference_fem.statics.tip import TipCompliance, rigid_motion, tip_compliance

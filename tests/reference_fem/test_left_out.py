@@ -8,7 +8,7 @@ import pytest
 
 import meshes
 import reference_fem as rf
-from reference_fem.elastic_response import (
+from reference_fem.estimates.elastic_response import (
     STRETCH_SHARE,
     TORQUE_SHARE,
     WEIGHT_SHARE,
@@ -16,8 +16,8 @@ from reference_fem.elastic_response import (
     elastic_response,
     loads,
 )
-from reference_fem.error_cautions import flight_doubts
-from reference_fem.flight_error import (
+from reference_fem.estimates.error_cautions import flight_doubts
+from reference_fem.estimates.flight_error import (
     CHANGE,
     MAGNIFIED,
     SETTLING_EFFECT,
@@ -27,10 +27,10 @@ from reference_fem.flight_error import (
     magnified,
     omitted_motion,
 )
+from reference_fem.flight.rigid_flight import Descent, descent, surface_gap
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import ChainState, chain_and_start
-from reference_fem.rigid_flight import Descent, descent, surface_gap
-from reference_fem.true_body import true_chain
+from reference_fem.rigid.rigid_chain import ChainState, chain_and_start
+from reference_fem.rigid.true_body import true_chain
 
 R, L = 0.0075, 0.04
 FINGER = meshes.FingerGeometry((L,) * 3, (2 * R,) * 3)
@@ -307,7 +307,7 @@ def test_a_tap_of_which_nothing_is_known_asks_for_no_finer_mesh(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     unknown = OmittedMotion(np.inf, np.full(2, np.inf))
-    monkeypatch.setattr("reference_fem.estimate.omitted_motion", lambda *_: unknown)
+    monkeypatch.setattr("reference_fem.estimates.estimate.omitted_motion", lambda *_: unknown)
     mesh = meshes.finger_hexahedra(FINGER, COARSE)
     smooth = rf.Surface(0.1, 0.0)
     run = rf.simulate(mesh, (SOFT,) * 3, smooth, rf.Drive(), rf.Settings(contact="impulse"))
@@ -329,7 +329,7 @@ def test_what_is_left_out_is_in_every_error_and_said(
     runs = []
     for share in (0.0, 0.1):
         monkeypatch.setattr(
-            "reference_fem.estimate.omitted_motion",
+            "reference_fem.estimates.estimate.omitted_motion",
             lambda *of, s=share: OmittedMotion(s, np.full(2, s * of[5]), s, 0.1 * s * of[5]),
         )
         runs.append(rf.simulate(mesh, (RUBBER,) * 3, SURFACE, rf.Drive(), settings))

@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from reference_fem.arrays import Array
-from reference_fem.mesh_error import (
+from reference_fem.estimates.mesh_error import (
     DURATION,
     IMPULSE,
     PEAK,
@@ -17,9 +17,9 @@ from reference_fem.mesh_error import (
     STRESS,
     TANGENTIAL,
 )
-from reference_fem.other_ends import FAINT, other_ends
-from reference_fem.result import ForceRecord, Summary
-from reference_fem.summary import summarize
+from reference_fem.estimates.other_ends import FAINT, other_ends
+from reference_fem.results.result import ForceRecord, Summary
+from reference_fem.results.summary import summarize
 
 STEP = 1e-3
 # A tap of 1 s is over once it has not been touched for 0.1 s and will not be for 2 s.

@@ -12,8 +12,8 @@ from reference_fem import Drive, Material, Settings, Surface
 from reference_fem.dynamics.recorder import Thinned
 from reference_fem.elements.kinds import chord_thickness
 from reference_fem.model import build_model
-from reference_fem.result import ForceRecord, Summary
-from reference_fem.summary import confirmed_maxima, slip_states, summarize
+from reference_fem.results.result import ForceRecord, Summary
+from reference_fem.results.summary import confirmed_maxima, slip_states, summarize
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import GEOMETRY, body
 

@@ -8,11 +8,11 @@ from scipy.special import ellipk
 
 import meshes
 import reference_fem as rf
+from reference_fem.flight.rigid_flight import descent, first_closing, fly, inner_gap
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
-from reference_fem.rigid_flight import descent, first_closing, fly, inner_gap
+from reference_fem.rigid.rigid_chain import ChainState, RigidChain, chain_and_start, pose
+from reference_fem.rigid.true_body import mass_factors, true_chain
 from reference_fem.torques import Torques
-from reference_fem.true_body import mass_factors, true_chain
 from tests.reference_fem.taps import SOFT
 
 LENGTH, RADIUS, DENSITY, GRAVITY = 0.04, 0.0075, 1400.0, 9.8

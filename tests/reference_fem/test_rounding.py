@@ -8,10 +8,10 @@ import pytest
 
 import meshes
 from meshes.ball import half_ball
-from reference_fem.contact.facet_quadrature import facet_quadrature
 from reference_fem.contact.law import COLUMNS, NORMAL, Memory, Motion
 from reference_fem.contact.springs import SpringContact, spring_forces
 from reference_fem.contact.surface import sphere, standing_out, surface_contact
+from reference_fem.elements.facet_quadrature import facet_quadrature
 from tests.reference_fem.boxes import boxes
 
 R = 0.0075

@@ -18,7 +18,7 @@ from reference_fem.dynamics.guards import touching_det
 from reference_fem.dynamics.next_touch import NEVER, next_touch_s
 from reference_fem.elements.geometry import geometries
 from reference_fem.elements.kinds import EIGHT_POINT, NEO_HOOKE
-from reference_fem.error_cautions import flutter
+from reference_fem.estimates.error_cautions import flutter
 from reference_fem.model import Model
 from reference_fem.workload import check_work
 from tests.reference_fem.boxes import boxes

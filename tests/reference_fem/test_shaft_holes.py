@@ -10,7 +10,7 @@ from reference_fem.dynamics.step import advance, start_state
 from reference_fem.joints.couples import apply_couples
 from reference_fem.joints.hinges import mean_weights
 from reference_fem.model import Model, build_model
-from reference_fem.rigid_chain import ChainState, pose
+from reference_fem.rigid.rigid_chain import ChainState, pose
 
 MATERIALS = (rf.Material(1e8, 0.4, 1400.0),) * 3
 GEOMETRY = meshes.FingerGeometry((0.04,) * 3, (0.015,) * 3, shaft_radius=2.5e-3)

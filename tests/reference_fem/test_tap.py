@@ -13,9 +13,9 @@ import xarray
 import meshes
 import reference_fem as rf
 from reference_fem.dynamics.restart import digest
+from reference_fem.flight.rigid_flight import descent, surface_gap
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import build_chain, chain_and_start, pose
-from reference_fem.rigid_flight import descent, surface_gap
+from reference_fem.rigid.rigid_chain import build_chain, chain_and_start, pose
 from tests.reference_fem.boxes import boxes
 from tests.reference_fem.taps import GEOMETRY, SOFT, SURFACE, tap
 

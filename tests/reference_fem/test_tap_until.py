@@ -71,7 +71,8 @@ def test_a_tap_whose_touches_are_given_has_no_other_ends(
 ) -> None:
     """By the rule this one's next touch is near, and all of its numbers are open."""
     monkeypatch.setattr(
-        "reference_fem.estimate.other_ends", lambda *_: ({"contact_duration_s": 9.0}, ("open",))
+        "reference_fem.estimates.estimate.other_ends",
+        lambda *_: ({"contact_duration_s": 9.0}, ("open",)),
     )
     for until_s, told in ((0.0, True), (1e-3, False)):
         scene = (MESH, (rf.Material(4.4e7, 0.44, 1000.0),), rf.Surface(0.0387, 0.27))

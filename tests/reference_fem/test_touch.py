@@ -17,8 +17,8 @@ from reference_fem import (
     predicted_touch,
 )
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import chain_and_start, pose
-from reference_fem.true_body import true_gap
+from reference_fem.rigid.rigid_chain import chain_and_start, pose
+from reference_fem.rigid.true_body import true_gap
 from tests.reference_fem.taps import GEOMETRY, SOFT, SURFACE, tap
 
 R, L = 0.0075, 0.04

@@ -124,7 +124,7 @@ def identify_contact(
         settle.
     """
     from hcm.contact.build import patch_cautions
-    from reference_fem.hertz import hertz_contact_radius, hertz_indentation, hertz_stiffness
+    from reference_fem.contact.hertz import hertz_contact_radius, hertz_indentation, hertz_stiffness
     from reference_fem.statics.indentation import mindlin_ratio
 
     tables = scene.tables

@@ -41,7 +41,7 @@ def reduced_peak(scene: NamedScene, stiffness: float) -> float:
 
 def touch_angle_of(tap: Any) -> float:
     """Angle, from its axis, at which the last phalanx of a reduced model's tap touches, rad."""
-    from reference_fem.touch import touch_angle
+    from reference_fem.flight.touch import touch_angle
 
     touch = next(
         posture

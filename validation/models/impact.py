@@ -50,7 +50,7 @@ def impact_of(scene: NamedScene) -> Impact:
     """
     from hcm.assumptions import PAPER
     from hcm.flight.fall import rods_fall
-    from reference_fem.touch import touch_angle
+    from reference_fem.flight.touch import touch_angle
 
     given = replace(hcm_scene(scene, estimate=False), assumptions=PAPER)
     fall = rods_fall(given)

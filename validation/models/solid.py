@@ -164,7 +164,7 @@ class Solid(Adapter):
 
 def _may_judge(coarser: _Solve, settings: Any, edge: float | None) -> bool:
     """Whether a solve with these settings and this edge may be judged by the one before."""
-    from reference_fem.mesh_error import LEAST_RATIO
+    from reference_fem.estimates.mesh_error import LEAST_RATIO
 
     if edge is None or coarser.edge is None or not coarser.result.errors:
         return False

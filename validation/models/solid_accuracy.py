@@ -59,7 +59,7 @@ def solved_within(
     all. The search ends where a further mesh is refused or its run does not complete; the finest
     completed run is kept, or the interrupted one. Its errors are raised where a coarser run lies
     outside both stated errors (`_overlapping`). Doubts about the tap's end
-    (`reference_fem.other_ends`) are no reason for another mesh.
+    (`reference_fem.estimates.other_ends`) are no reason for another mesh.
     """
     wanted, fem = scene.tables.solver.accuracy_of("fem"), scene.tables.solver.fem
     if wanted is None:

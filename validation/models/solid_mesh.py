@@ -12,7 +12,7 @@ from validation.scenes.scene import Scene
 if TYPE_CHECKING:
     import meshes
     import reference_fem
-    from reference_fem.accuracy import Sizes
+    from reference_fem.estimates.accuracy import Sizes
 
 # Presets with even edges around the predicted contact patch, up to EVEN_PATCH times its radius;
 # `contact` divides that radius, at least LEAST_PATCH of the tip's, into PATCH_EDGES edges.
@@ -76,7 +76,7 @@ def _whole(tables: Scene, mesh: meshes.FingerMesh) -> meshes.FingerMesh:
 def companion(
     tables: Scene, dimension: Dimension, sizing: meshes.Sizing | None
 ) -> meshes.FingerMesh | None:
-    """The companion mesh of a run on `build_mesh`: see `reference_fem.estimate`.
+    """The companion mesh of a run on `build_mesh`: see `reference_fem.estimates.estimate`.
 
     Its edges are `COARSER` times as long or, if there is no such mesh (`coarser_sizes`), it has
     2^dimension times as many elements. A mesh file has no companion.
@@ -154,7 +154,7 @@ def sizing_of(tables: Scene, dimension: Dimension) -> tuple[Any, Any]:
     The sizes, and the `predicted_touch`: None if no size depends on it or there is no touch.
     """
     import meshes
-    from reference_fem.accuracy import GROWTH, HALVINGS
+    from reference_fem.estimates.accuracy import GROWTH, HALVINGS
 
     fem, sizes = tables.solver.fem, sizes_of(tables)
     if fem.mesh is not None:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def materials_within(
     tables: Scene, touch: reference_fem.Touch | None, materials: tuple[reference_fem.Material, ...]
 ) -> tuple[reference_fem.Material, ...]:
-    """The materials that the scene's accuracy asks for: see `reference_fem.accuracy`.
+    """The materials that the scene's accuracy asks for: see `reference_fem.estimates.accuracy`.
 
     They get a relaxation time if the tip slides with friction, unless the scene states one or asks
     for one-point elements, which have no damping. touch : the one that `sizing_of` predicts
@@ -50,7 +50,7 @@ def relaxing_near(
 
     The touch at rest is c + R (-cos, -sin)(angle), c the centre of the tip's ball, R its radius.
     """
-    from reference_fem.accuracy import RELAXATION_REACH
+    from reference_fem.estimates.accuracy import RELAXATION_REACH
 
     sizes, radius = sizes_of(tables), tables.tip_radius
     there = replace(sizing, contact_angle=touch.angle)

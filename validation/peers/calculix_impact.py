@@ -18,7 +18,7 @@ from reference_fem.contact.springs import SpringContact, Springs
 from reference_fem.elements.geometry import by_element, geometries
 from reference_fem.joints.hinges import Hinges
 from reference_fem.model import Model
-from reference_fem.true_body import mass_factors
+from reference_fem.rigid.true_body import mass_factors
 from validation.peers import calculix
 
 # The motion's duration over CalculiX's first increment; it adapts the others itself.

@@ -22,7 +22,7 @@ def contact_patch(run: RunRecord) -> Row | None:
     Beside it Hertz's sphere on a rigid plane at the same force: p_0 = 3 F/(2π a²) (Johnson, Contact
     Mechanics, eq. 4.24).
     """
-    from reference_fem.hertz import hertz_contact_radius
+    from reference_fem.contact.hertz import hertz_contact_radius
 
     history = run.history
     if not {"contact_area_m2", "peak_pressure_Pa", "normal_force_N"} <= history.keys():

@@ -11,7 +11,7 @@ import pytest
 from matplotlib import pyplot as plt
 
 import hcm.results.notebook
-import reference_fem.notebook
+import reference_fem.results.notebook
 from tests.validation.commands import Make
 from validation.compare.differences import differences_of
 from validation.compare.figures import (
@@ -173,7 +173,7 @@ def test_a_page_holds_small_vectors_and_large_ones_as_pixels(tmp_path: Path) -> 
     assert inline(picture) == "data:image/png;base64,UA=="
 
 
-@pytest.mark.parametrize("module", [hcm.results.notebook, reference_fem.notebook])
+@pytest.mark.parametrize("module", [hcm.results.notebook, reference_fem.results.notebook])
 def test_a_notebook_shows_numbers_curve_and_cautions(make_record: Make, module: ModuleType) -> None:
     errors = {"peak_normal_force_N": 0.5, "contact_duration_s": 1e-6}
     record = replace(make_record(peak=60.0, duration=2.0123e-4), errors=errors)

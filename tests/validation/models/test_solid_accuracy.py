@@ -11,10 +11,10 @@ import pytest
 
 import meshes
 import reference_fem
-from reference_fem.accuracy import RELAXATION_REACH, sizes_for
+from reference_fem.estimates.accuracy import RELAXATION_REACH, sizes_for
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import ChainState
-from reference_fem.true_body import true_chain
+from reference_fem.rigid.rigid_chain import ChainState
+from reference_fem.rigid.true_body import true_chain
 from reference_fem.workload import UPDATES_PER_S
 from validation.errors import UserError
 from validation.harness.record import RunRecord

@@ -18,7 +18,7 @@ import reference_fem as fem
 from hcm.arrays import Floats
 from reference_fem.elements.stress import von_mises
 from reference_fem.model import build_model
-from reference_fem.rigid_chain import pose
+from reference_fem.rigid.rigid_chain import pose
 from validation import DATA
 from validation.harness import identity
 from validation.harness.interrupts import unless_interrupted

@@ -24,12 +24,12 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.elastic_response import elastic_response
-from reference_fem.mesh_error import IMPULSE, STRESS
-from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start, pose
-from reference_fem.rigid_flight import Descent, descent, fly
+from reference_fem.estimates.elastic_response import elastic_response
+from reference_fem.estimates.mesh_error import IMPULSE, STRESS
+from reference_fem.flight.rigid_flight import Descent, descent, fly
+from reference_fem.rigid.rigid_chain import ChainState, RigidChain, chain_and_start, pose
+from reference_fem.rigid.true_body import true_chain, true_gap
 from reference_fem.settings import Drive, Material, Settings, Surface
-from reference_fem.true_body import true_chain, true_gap
 
 OF_SPEED = {"normal_impulse_N_s": 1.0, "contact_duration_s": 0.2, "peak_normal_force_time_s": 0.2}
 """Magnitudes of the exponents of the speed at contact in these numbers; 6/5 in the others."""

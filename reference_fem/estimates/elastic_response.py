@@ -26,8 +26,8 @@ import numpy as np
 
 import meshes
 from reference_fem.arrays import Array
-from reference_fem.rigid_chain import ChainState, RigidChain
-from reference_fem.rigid_flight import Descent
+from reference_fem.flight.rigid_flight import Descent
+from reference_fem.rigid.rigid_chain import ChainState, RigidChain
 from reference_fem.settings import Drive, Material
 
 WEIGHT_SHARE, TORQUE_SHARE = 0.1, 0.3

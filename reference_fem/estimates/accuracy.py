@@ -8,7 +8,7 @@ the soft finger's tap at 1 %, scaled to other accuracies by these powers.
 from dataclasses import dataclass
 
 from meshes.bounds import Bound
-from reference_fem.mesh_error import EDGE_EXPONENT
+from reference_fem.estimates.mesh_error import EDGE_EXPONENT
 from reference_fem.settings import ONE_POINT
 
 ACCURACY_QUANTITIES = (

@@ -8,7 +8,7 @@ import numpy as np
 import meshes
 from meshes.bounds import check_dim
 from reference_fem.arrays import Array, Index
-from reference_fem.rigid_chain import RigidChain, build_chain
+from reference_fem.rigid.rigid_chain import RigidChain, build_chain
 from reference_fem.settings import Drive, Material, check_materials
 
 POINTS = 64

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 from reference_fem.arrays import Array
 from reference_fem.model import Model
-from reference_fem.rigid_chain import ChainState, RigidChain
+from reference_fem.rigid.rigid_chain import ChainState, RigidChain
 from reference_fem.settings import Settings
 
 LONGEST_STEP_S, FALL_SHARE = 5e-3, 0.039

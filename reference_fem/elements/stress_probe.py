@@ -7,7 +7,7 @@ import numpy as np
 
 from reference_fem.arrays import Array, Index
 from reference_fem.elements.base import ElementKernel
-from reference_fem.joints.section import Section, build_section
+from reference_fem.elements.section import Section, build_section
 
 # Places that differ by less, over the phalanx's length or a cell's, count as one: with a single
 # layer of cells the fit has no slope along the axis.

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from reference_fem.arrays import Array
-from reference_fem.result import ForceRecord, History, Summary
+from reference_fem.results.result import ForceRecord, History, Summary
 
 # Shares of the peak normal force: a turn of F_n counts if it goes this far, ...
 PROMINENCE = 0.05

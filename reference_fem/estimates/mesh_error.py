@@ -24,8 +24,8 @@ import numpy as np
 
 import meshes
 from reference_fem.cautions import held_by_springs
-from reference_fem.result import TapResult
-from reference_fem.summary import PROMINENCE, confirmed_maxima, stress_during
+from reference_fem.results.result import TapResult
+from reference_fem.results.summary import PROMINENCE, confirmed_maxima, stress_during
 
 STRESS, IMPULSE = "peak_stress_R_Pa", "normal_impulse_N_s"
 PEAK, PEAK_TIME = "peak_normal_force_N", "peak_normal_force_time_s"

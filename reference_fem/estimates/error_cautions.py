@@ -5,11 +5,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from reference_fem.accuracy import EDGE, FLUTTER_FRICTION, RELAXATION_SHARE
 from reference_fem.arrays import Array
-from reference_fem.flight_error import CHANGE, MAGNIFIED, Flight, FlightErrors, magnified
-from reference_fem.mesh_error import IMPULSE
-from reference_fem.result import ForceRecord, Summary
+from reference_fem.estimates.accuracy import EDGE, FLUTTER_FRICTION, RELAXATION_SHARE
+from reference_fem.estimates.flight_error import CHANGE, MAGNIFIED, Flight, FlightErrors, magnified
+from reference_fem.estimates.mesh_error import IMPULSE
+from reference_fem.results.result import ForceRecord, Summary
 from reference_fem.settings import Material
 
 # Share of mu F_n above which a tip slides as a whole.

@@ -8,11 +8,11 @@ import numpy as np
 
 import meshes
 from meshes.bounds import Bound, check_number
-from reference_fem.hertz import hertz_impact
-from reference_fem.rigid_chain import ChainState, chain_and_start
-from reference_fem.rigid_flight import fly
+from reference_fem.contact.hertz import hertz_impact
+from reference_fem.flight.rigid_flight import fly
+from reference_fem.rigid.rigid_chain import ChainState, chain_and_start
+from reference_fem.rigid.true_body import lowest_point, true_chain, true_gap
 from reference_fem.settings import LONGEST_S, Drive, Material, Surface
-from reference_fem.true_body import lowest_point, true_chain, true_gap
 
 
 @dataclass(frozen=True)

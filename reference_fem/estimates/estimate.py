@@ -17,14 +17,15 @@ import meshes
 from meshes.quality import volumes
 from reference_fem.arrays import Array
 from reference_fem.cautions import SPIKE, spike, steps_per_cell_transit
-from reference_fem.error_cautions import (
+from reference_fem.contact.hertz import hertz_patch
+from reference_fem.estimates.error_cautions import (
     flight_doubts,
     flutter,
     imprecise,
     later_taps,
     unlike_shape,
 )
-from reference_fem.flight_error import (
+from reference_fem.estimates.flight_error import (
     NOTHING_OMITTED,
     WITHOUT_SHAPE,
     Flight,
@@ -33,8 +34,7 @@ from reference_fem.flight_error import (
     omitted_motion,
     speed_exponent,
 )
-from reference_fem.hertz import hertz_patch
-from reference_fem.mesh_error import (
+from reference_fem.estimates.mesh_error import (
     PEAK,
     STRESS,
     TANGENTIAL,
@@ -44,13 +44,13 @@ from reference_fem.mesh_error import (
     spacing,
     tap_errors,
 )
+from reference_fem.estimates.other_ends import other_ends
+from reference_fem.flight.rigid_flight import Descent, descent, surface_gap
 from reference_fem.model import Model
-from reference_fem.other_ends import other_ends
-from reference_fem.result import Status, TapResult
-from reference_fem.rigid_chain import ChainState, RigidChain, chain_and_start
-from reference_fem.rigid_flight import Descent, descent, surface_gap
+from reference_fem.results.result import Status, TapResult
+from reference_fem.rigid.rigid_chain import ChainState, RigidChain, chain_and_start
+from reference_fem.rigid.true_body import true_chain, true_gap
 from reference_fem.scene import Scene
-from reference_fem.true_body import true_chain, true_gap
 
 Errors = dict[str, float | tuple[float, float]]
 Gap = Callable[[Array], float]  # m, at the phalanges' angles

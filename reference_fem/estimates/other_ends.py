@@ -9,10 +9,10 @@
 import numpy as np
 
 from reference_fem.dynamics.tap import parting_s
-from reference_fem.mesh_error import STIFFNESS_EXPONENTS
+from reference_fem.estimates.mesh_error import STIFFNESS_EXPONENTS
 from reference_fem.model import Model
-from reference_fem.result import TapResult
-from reference_fem.summary import summarize
+from reference_fem.results.result import TapResult
+from reference_fem.results.summary import summarize
 
 LATER = (
     "the tip returns so soon that the next touch may belong to the first tap: run on through it "

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar
 import numpy as np
 
 from reference_fem.arrays import Array
-from reference_fem.dataset import run_dataset, versions
-from reference_fem.notebook import run_html
+from reference_fem.results.dataset import run_dataset, versions
+from reference_fem.results.notebook import run_html
 
 if TYPE_CHECKING:
     import xarray

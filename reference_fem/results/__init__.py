@@ -1,0 +1,1 @@
+"""What a run keeps and returns: the result, the first tap's scalars, and their forms."""

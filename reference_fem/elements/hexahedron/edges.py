@@ -92,37 +92,9 @@ def nodal_forces(
 
 
 @inlined
-def at_points(g: Bases) -> tuple[Three, Three, Three, Three, Three, Three, Three, Three]:
-    """One Cartesian component of (g_1, g_2, g_3) at the 8 points."""
-    g1, g2, g3 = g
-    return (
-        (g1[0], g2[0], g3[0]),
-        (g1[0], g2[1], g3[1]),
-        (g1[1], g2[1], g3[3]),
-        (g1[1], g2[0], g3[2]),
-        (g1[2], g2[2], g3[0]),
-        (g1[2], g2[3], g3[1]),
-        (g1[3], g2[3], g3[3]),
-        (g1[3], g2[2], g3[2]),
-    )
-
-
-@inlined
 def store_bases(s: Array, row: int, lane: int, g: Bases) -> None:
     """Twelve rows of s: one Cartesian component of g_1, g_2, g_3."""
     o = row * LANES + lane
     for k in range(3):
         s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES] = g[k]
         o += 4 * LANES
-
-
-@inlined
-def load_bases(s: Array, row: int, lane: int) -> Bases:
-    """Read what `store_bases` wrote."""
-    o = row * LANES + lane
-    h, t = o + 4 * LANES, o + 8 * LANES
-    return (
-        (s[o], s[o + LANES], s[o + 2 * LANES], s[o + 3 * LANES]),
-        (s[h], s[h + LANES], s[h + 2 * LANES], s[h + 3 * LANES]),
-        (s[t], s[t + LANES], s[t + 2 * LANES], s[t + 3 * LANES]),
-    )

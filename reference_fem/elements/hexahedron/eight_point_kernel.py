@@ -26,9 +26,7 @@ from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
 from reference_fem.elements.hexahedron.edges import (
     Rows,
-    at_points,
     base_vectors,
-    load_bases,
     nodal_forces,
     store_bases,
 )
@@ -62,6 +60,7 @@ RATES = VELOCITIES + 24
 DILATATION_RATE = RATES + 36
 POWER = DILATATION_RATE + 1
 SCRATCH_ROWS = POWER + 1
+Values = tuple[int, int, int]
 # Which of the 4 values of g_1, g_2, g_3 the 8 points take.
 VALUES = (
     (0, 0, 0), (0, 1, 1), (1, 1, 3), (1, 0, 2), (2, 2, 0), (2, 3, 1), (3, 3, 3), (3, 2, 2),
@@ -69,7 +68,7 @@ VALUES = (
 
 
 @inlined
-def point_bases(s: Array, row: int, lane: int, values: tuple[int, int, int]) -> Rows:
+def point_bases(s: Array, row: int, lane: int, values: Values) -> Rows:
     """Rows of [g_1 g_2 g_3] at one point, from the 36 rows of s that `store_bases` filled."""
     a, b, c = values
     o = row * LANES + lane
@@ -77,6 +76,23 @@ def point_bases(s: Array, row: int, lane: int, values: tuple[int, int, int]) -> 
         (s[o + a * LANES], s[o + (4 + b) * LANES], s[o + (8 + c) * LANES]),
         (s[o + (12 + a) * LANES], s[o + (16 + b) * LANES], s[o + (20 + c) * LANES]),
         (s[o + (24 + a) * LANES], s[o + (28 + b) * LANES], s[o + (32 + c) * LANES]),
+    )
+
+
+@inlined
+def all_bases(
+    s: Array, row: int, lane: int
+) -> tuple[Rows, Rows, Rows, Rows, Rows, Rows, Rows, Rows]:
+    """`point_bases` of the 8 points."""
+    return (
+        point_bases(s, row, lane, VALUES[0]),
+        point_bases(s, row, lane, VALUES[1]),
+        point_bases(s, row, lane, VALUES[2]),
+        point_bases(s, row, lane, VALUES[3]),
+        point_bases(s, row, lane, VALUES[4]),
+        point_bases(s, row, lane, VALUES[5]),
+        point_bases(s, row, lane, VALUES[6]),
+        point_bases(s, row, lane, VALUES[7]),
     )
 
 
@@ -90,11 +106,11 @@ def store_all_bases(s: Array, row: int, nodal: int) -> None:
 
 
 @inlined
-def add_volume(law: Law, s: Array, r: Array, q: int, a: int, b: int, c: int) -> None:
-    """Add the part of point q, where g_1, g_2, g_3 take their values a, b, c, to row VOLUME."""
+def add_volume(law: Law, s: Array, r: Array, q: int, values: Values) -> None:
+    """Add the part of point q, where g_1, g_2, g_3 take these values, to row VOLUME."""
     for lane in range(LANES):
         o = lane + q * POINT_ROWS * LANES
-        f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
+        f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
         s[VOLUME * LANES + lane] += volume(law, f, r, o)
 
 
@@ -105,33 +121,31 @@ def block_volume(law: Law, s: Array, r: Array) -> None:
     One loop over lanes for each point: 7 streams of r at a time, in the order of memory.
     """
     store_all_bases(s, BASES, 0)
-    add_volume(law, s, r, 0, 0, 0, 0)
-    add_volume(law, s, r, 1, 0, 1, 1)
-    add_volume(law, s, r, 2, 1, 1, 3)
-    add_volume(law, s, r, 3, 1, 0, 2)
-    add_volume(law, s, r, 4, 2, 2, 0)
-    add_volume(law, s, r, 5, 2, 3, 1)
-    add_volume(law, s, r, 6, 3, 3, 3)
-    add_volume(law, s, r, 7, 3, 2, 2)
+    add_volume(law, s, r, 0, VALUES[0])
+    add_volume(law, s, r, 1, VALUES[1])
+    add_volume(law, s, r, 2, VALUES[2])
+    add_volume(law, s, r, 3, VALUES[3])
+    add_volume(law, s, r, 4, VALUES[4])
+    add_volume(law, s, r, 5, VALUES[5])
+    add_volume(law, s, r, 6, VALUES[6])
+    add_volume(law, s, r, 7, VALUES[7])
 
 
 @inlined
 def lane_force(law: Law, s: Array, r: Array, lane: int) -> float:
     """One element's forces, from what `block_volume` left in s; its energy, J."""
-    x = at_points(load_bases(s, BASES, lane))
-    y = at_points(load_bases(s, BASES + 12, lane))
-    z = at_points(load_bases(s, BASES + 24, lane))
+    x = all_bases(s, BASES, lane)
     step = POINT_ROWS * LANES
     mu, v = r[MU * LANES + lane], s[VOLUME * LANES + lane]
     p = pressure(law, r, lane, v)
-    f0, e0 = point(law, (x[0], y[0], z[0]), r, lane, mu, p)
-    f1, e1 = point(law, (x[1], y[1], z[1]), r, lane + step, mu, p)
-    f2, e2 = point(law, (x[2], y[2], z[2]), r, lane + 2 * step, mu, p)
-    f3, e3 = point(law, (x[3], y[3], z[3]), r, lane + 3 * step, mu, p)
-    f4, e4 = point(law, (x[4], y[4], z[4]), r, lane + 4 * step, mu, p)
-    f5, e5 = point(law, (x[5], y[5], z[5]), r, lane + 5 * step, mu, p)
-    f6, e6 = point(law, (x[6], y[6], z[6]), r, lane + 6 * step, mu, p)
-    f7, e7 = point(law, (x[7], y[7], z[7]), r, lane + 7 * step, mu, p)
+    f0, e0 = point(law, x[0], r, lane, mu, p)
+    f1, e1 = point(law, x[1], r, lane + step, mu, p)
+    f2, e2 = point(law, x[2], r, lane + 2 * step, mu, p)
+    f3, e3 = point(law, x[3], r, lane + 3 * step, mu, p)
+    f4, e4 = point(law, x[4], r, lane + 4 * step, mu, p)
+    f5, e5 = point(law, x[5], r, lane + 5 * step, mu, p)
+    f6, e6 = point(law, x[6], r, lane + 6 * step, mu, p)
+    f7, e7 = point(law, x[7], r, lane + 7 * step, mu, p)
     nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
     return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + energy(law, r, lane, v)
 
@@ -150,12 +164,12 @@ def block_force(law: Law, s: Array, r: Array, stored: Stored) -> None:
 
 
 @inlined
-def add_rates(law: Law, s: Array, r: Array, q: int, a: int, b: int, c: int, lag: float) -> None:
+def add_rates(law: Law, s: Array, r: Array, q: int, values: Values, lag: float) -> None:
     """`add_volume`, and w tr dE/dt, m^3/s, to row DILATATION_RATE."""
     for lane in range(LANES):
         o = lane + q * POINT_ROWS * LANES
-        f = gradient_rows(point_bases(s, BASES, lane, (a, b, c)), r, o)
-        v = gradient_rows(point_bases(s, RATES, lane, (a, b, c)), r, o)
+        f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
+        v = gradient_rows(point_bases(s, RATES, lane, values), r, o)
         d, _ = strain_rate(f, v, lag)
         s[VOLUME * LANES + lane] += volume(law, f, r, o)
         s[DILATATION_RATE * LANES + lane] += 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
@@ -164,31 +178,19 @@ def add_rates(law: Law, s: Array, r: Array, q: int, a: int, b: int, c: int, lag:
 @inlined
 def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
     """`lane_force` with damping, and its dissipation, W; row DILATATION_RATE must be complete."""
-    x = at_points(load_bases(s, BASES, lane))
-    y = at_points(load_bases(s, BASES + 12, lane))
-    z = at_points(load_bases(s, BASES + 24, lane))
-    u = at_points(load_bases(s, RATES, lane))
-    v = at_points(load_bases(s, RATES + 12, lane))
-    w = at_points(load_bases(s, RATES + 24, lane))
+    x, u = all_bases(s, BASES, lane), all_bases(s, RATES, lane)
     step, mu = POINT_ROWS * LANES, r[MU * LANES + lane]
     summed, rate = s[VOLUME * LANES + lane], s[DILATATION_RATE * LANES + lane]
     p, viscous, tau, e, d = damping(law, r, lane, summed, rate)
-    c, t = (mu, tau, p, viscous, lag), lane
-    f0, e, d = damped_point(law, (x[0], y[0], z[0]), (u[0], v[0], w[0]), r, t, c, e, d)
-    t += step
-    f1, e, d = damped_point(law, (x[1], y[1], z[1]), (u[1], v[1], w[1]), r, t, c, e, d)
-    t += step
-    f2, e, d = damped_point(law, (x[2], y[2], z[2]), (u[2], v[2], w[2]), r, t, c, e, d)
-    t += step
-    f3, e, d = damped_point(law, (x[3], y[3], z[3]), (u[3], v[3], w[3]), r, t, c, e, d)
-    t += step
-    f4, e, d = damped_point(law, (x[4], y[4], z[4]), (u[4], v[4], w[4]), r, t, c, e, d)
-    t += step
-    f5, e, d = damped_point(law, (x[5], y[5], z[5]), (u[5], v[5], w[5]), r, t, c, e, d)
-    t += step
-    f6, e, d = damped_point(law, (x[6], y[6], z[6]), (u[6], v[6], w[6]), r, t, c, e, d)
-    t += step
-    f7, e, d = damped_point(law, (x[7], y[7], z[7]), (u[7], v[7], w[7]), r, t, c, e, d)
+    c = mu, tau, p, viscous, lag
+    f0, e, d = damped_point(law, x[0], u[0], r, lane, c, e, d)
+    f1, e, d = damped_point(law, x[1], u[1], r, lane + step, c, e, d)
+    f2, e, d = damped_point(law, x[2], u[2], r, lane + 2 * step, c, e, d)
+    f3, e, d = damped_point(law, x[3], u[3], r, lane + 3 * step, c, e, d)
+    f4, e, d = damped_point(law, x[4], u[4], r, lane + 4 * step, c, e, d)
+    f5, e, d = damped_point(law, x[5], u[5], r, lane + 5 * step, c, e, d)
+    f6, e, d = damped_point(law, x[6], u[6], r, lane + 6 * step, c, e, d)
+    f7, e, d = damped_point(law, x[7], u[7], r, lane + 7 * step, c, e, d)
     nodal_forces(s, lane, f0, f1, f2, f3, f4, f5, f6, f7)
     return e, d
 
@@ -202,14 +204,14 @@ def damped_force(law: Law, s: Array, r: Array, lag: float, stored: Stored) -> No
     aligned_frame()
     store_all_bases(s, BASES, 0)
     store_all_bases(s, RATES, VELOCITIES)
-    add_rates(law, s, r, 0, 0, 0, 0, lag)
-    add_rates(law, s, r, 1, 0, 1, 1, lag)
-    add_rates(law, s, r, 2, 1, 1, 3, lag)
-    add_rates(law, s, r, 3, 1, 0, 2, lag)
-    add_rates(law, s, r, 4, 2, 2, 0, lag)
-    add_rates(law, s, r, 5, 2, 3, 1, lag)
-    add_rates(law, s, r, 6, 3, 3, 3, lag)
-    add_rates(law, s, r, 7, 3, 2, 2, lag)
+    add_rates(law, s, r, 0, VALUES[0], lag)
+    add_rates(law, s, r, 1, VALUES[1], lag)
+    add_rates(law, s, r, 2, VALUES[2], lag)
+    add_rates(law, s, r, 3, VALUES[3], lag)
+    add_rates(law, s, r, 4, VALUES[4], lag)
+    add_rates(law, s, r, 5, VALUES[5], lag)
+    add_rates(law, s, r, 6, VALUES[6], lag)
+    add_rates(law, s, r, 7, VALUES[7], lag)
     for lane in range(LANES):
         stores, s[POWER * LANES + lane] = damped_lane(law, s, r, lane, lag)
         if stored is not None:

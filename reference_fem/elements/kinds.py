@@ -1,5 +1,7 @@
 """The kinds of elements: set-up of each from scikit-fem, and a sheet's thickness."""
 
+from functools import partial
+
 import numpy as np
 
 from reference_fem.arrays import Array, Index
@@ -36,9 +38,9 @@ HOURGLASS = 1.0  # c of 1-point hexahedra: exact bending of a cube
 
 def hex8(
     points: Array, cells: Index, young: Array, poisson: Array, density: Array,
-    relaxation: Array | None = None,
+    relaxation: Array | None = None, kind: ElementKind = EIGHT_POINT,
 ) -> ElementKernel:  # fmt: skip
-    """8-node hexahedra with a mean dilatation, St. Venant-Kirchhoff.
+    """8-node hexahedra with a mean dilatation, St. Venant-Kirchhoff, or of another such kind.
 
     points : (n_nodes, 3), m. cells : (n_cells, 8) in VTK's node order.
     young (Pa), poisson, density (kg/m^3) : (n_cells,), within the bounds of `Material`.
@@ -47,19 +49,11 @@ def hex8(
     Raises ValueError: a shape is wrong or an element is inverted.
     """
     mesh = check_mesh(points, cells, 3)
-    return _at_all_points(EIGHT_POINT, mesh, lame_constants(young, poisson), density, relaxation)
+    return _at_all_points(kind, mesh, lame_constants(young, poisson), density, relaxation)
 
 
-def hex8_neo_hooke(
-    points: Array, cells: Index, young: Array, poisson: Array, density: Array,
-    relaxation: Array | None = None,
-) -> ElementKernel:  # fmt: skip
-    """8-node hexahedra with a mean volume, of a compressible neo-Hookean material.
-
-    Parameters and errors are those of `hex8`.
-    """
-    mesh = check_mesh(points, cells, 3)
-    return _at_all_points(NEO_HOOKE, mesh, lame_constants(young, poisson), density, relaxation)
+hex8_neo_hooke = partial(hex8, kind=NEO_HOOKE)
+"""8-node hexahedra with a mean volume, of a compressible neo-Hookean material."""
 
 
 def quad4_plane_stress(

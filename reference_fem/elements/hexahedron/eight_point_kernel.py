@@ -24,12 +24,7 @@ from reference_fem.arrays import Array, Index
 from reference_fem.compiled import entry, inlined, kernel
 from reference_fem.elements.alignment import aligned_frame
 from reference_fem.elements.blocks import LANES, Blocks, Moving, Stored, lane_sum
-from reference_fem.elements.hexahedron.edges import (
-    Rows,
-    base_vectors,
-    nodal_forces,
-    store_bases,
-)
+from reference_fem.elements.hexahedron.edges import Rows, base_vectors, nodal_forces, store_bases
 from reference_fem.elements.hexahedron.law import (
     Law,
     damped_point,
@@ -106,29 +101,39 @@ def store_all_bases(s: Array, row: int, nodal: int) -> None:
 
 
 @inlined
-def add_volume(law: Law, s: Array, r: Array, q: int, values: Values) -> None:
-    """Add the part of point q, where g_1, g_2, g_3 take these values, to row VOLUME."""
+def add_volume(law: Law, s: Array, r: Array, q: int, values: Values, lag: float | None) -> None:
+    """Add the part of point q, where g_1, g_2, g_3 take these values, to row VOLUME.
+
+    With a lag add also w tr dE/dt, m^3/s, to row DILATATION_RATE.
+    """
     for lane in range(LANES):
         o = lane + q * POINT_ROWS * LANES
         f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
         s[VOLUME * LANES + lane] += volume(law, f, r, o)
+        if lag is not None:
+            v = gradient_rows(point_bases(s, RATES, lane, values), r, o)
+            d, _ = strain_rate(f, v, lag)
+            s[DILATATION_RATE * LANES + lane] += 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
 
 
 @kernel
-def block_volume(law: Law, s: Array, r: Array) -> None:
+def block_volume(law: Law, s: Array, r: Array, lag: float | None) -> None:
     """Rows BASES.. of s and, in row VOLUME, v, from the nodal positions.
 
-    One loop over lanes for each point: 7 streams of r at a time, in the order of memory.
+    With a lag (see `strain_rate`) also rows RATES.., from the nodal velocities. One loop over lanes
+    for each point: 7 streams of r at a time, in the order of memory.
     """
     store_all_bases(s, BASES, 0)
-    add_volume(law, s, r, 0, VALUES[0])
-    add_volume(law, s, r, 1, VALUES[1])
-    add_volume(law, s, r, 2, VALUES[2])
-    add_volume(law, s, r, 3, VALUES[3])
-    add_volume(law, s, r, 4, VALUES[4])
-    add_volume(law, s, r, 5, VALUES[5])
-    add_volume(law, s, r, 6, VALUES[6])
-    add_volume(law, s, r, 7, VALUES[7])
+    if lag is not None:
+        store_all_bases(s, RATES, VELOCITIES)
+    add_volume(law, s, r, 0, VALUES[0], lag)
+    add_volume(law, s, r, 1, VALUES[1], lag)
+    add_volume(law, s, r, 2, VALUES[2], lag)
+    add_volume(law, s, r, 3, VALUES[3], lag)
+    add_volume(law, s, r, 4, VALUES[4], lag)
+    add_volume(law, s, r, 5, VALUES[5], lag)
+    add_volume(law, s, r, 6, VALUES[6], lag)
+    add_volume(law, s, r, 7, VALUES[7], lag)
 
 
 @inlined
@@ -164,20 +169,8 @@ def block_force(law: Law, s: Array, r: Array, stored: Stored) -> None:
 
 
 @inlined
-def add_rates(law: Law, s: Array, r: Array, q: int, values: Values, lag: float) -> None:
-    """`add_volume`, and w tr dE/dt, m^3/s, to row DILATATION_RATE."""
-    for lane in range(LANES):
-        o = lane + q * POINT_ROWS * LANES
-        f = gradient_rows(point_bases(s, BASES, lane, values), r, o)
-        v = gradient_rows(point_bases(s, RATES, lane, values), r, o)
-        d, _ = strain_rate(f, v, lag)
-        s[VOLUME * LANES + lane] += volume(law, f, r, o)
-        s[DILATATION_RATE * LANES + lane] += 0.5 * r[o + 6 * LANES] * (d[0] + d[1] + d[2])
-
-
-@inlined
 def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
-    """`lane_force` with damping, and its dissipation, W; row DILATATION_RATE must be complete."""
+    """`lane_force` with damping, and its dissipation, W."""
     x, u = all_bases(s, BASES, lane), all_bases(s, RATES, lane)
     step, mu = POINT_ROWS * LANES, r[MU * LANES + lane]
     summed, rate = s[VOLUME * LANES + lane], s[DILATATION_RATE * LANES + lane]
@@ -197,21 +190,8 @@ def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[fl
 
 @kernel
 def damped_force(law: Law, s: Array, r: Array, lag: float, stored: Stored) -> None:
-    """Rows 0..23 of s: damped forces replace positions; rows VELOCITIES.. hold velocities.
-
-    Row POWER of s: what the elements dissipate, W. Where energies are `stored`, row RESULT, J.
-    """
+    """`block_force` with damping; row POWER of s: what the elements dissipate, W."""
     aligned_frame()
-    store_all_bases(s, BASES, 0)
-    store_all_bases(s, RATES, VELOCITIES)
-    add_rates(law, s, r, 0, VALUES[0], lag)
-    add_rates(law, s, r, 1, VALUES[1], lag)
-    add_rates(law, s, r, 2, VALUES[2], lag)
-    add_rates(law, s, r, 3, VALUES[3], lag)
-    add_rates(law, s, r, 4, VALUES[4], lag)
-    add_rates(law, s, r, 5, VALUES[5], lag)
-    add_rates(law, s, r, 6, VALUES[6], lag)
-    add_rates(law, s, r, 7, VALUES[7], lag)
     for lane in range(LANES):
         stores, s[POWER * LANES + lane] = damped_lane(law, s, r, lane, lag)
         if stored is not None:
@@ -231,10 +211,11 @@ def add_force(
     if moving is not None and lane_sum(0.0, r, law.relaxation) > 0.0:
         velocity, lag, power = moving
         gather(velocity, blocks.nodes[block], s, VELOCITIES)
+        block_volume(law, s, r, lag)
         damped_force(law, s, r, lag, stored)
         power[t] = lane_sum(power[t], s, POWER)
     else:
-        block_volume(law, s, r)
+        block_volume(law, s, r, None)
         block_force(law, s, r, stored)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
@@ -268,6 +249,6 @@ def pressures(blocks: Blocks, displacement: Array, cells: Index, out: Array) -> 
         r = blocks.reference[block]
         if block != gathered:
             gather_positions(blocks.points, displacement, blocks.nodes[block], s)
-            block_volume(law, s, r)
+            block_volume(law, s, r, None)
             gathered = block
         out[row] = pressure(law, r, lane, s[VOLUME * LANES + lane])

@@ -6,7 +6,7 @@ Total Lagrangian, St. Venant-Kirchhoff, 2 x 2 Gauss points q with volumes w_q = 
     W = sum_q w_q (mu E_q:E_q + lambda* (tr E_q)^2 / 2)                          (element energy)
     S = lambda* tr E I + 2 mu E,  f_a = dW/dx_a = sum_q w_q F_q S_q grad N_a
 
-With damping (`damped_lane`), tau dE/dt is added to E in S.
+With damping, tau dE/dt is added to E in S.
 
 Edges and frames as in `edges` and `point`: [g_1 g_2] from the 4 edge vectors,
 F Q = [g_1 g_2] R^-1.
@@ -126,81 +126,57 @@ def stress_force(
 
 @inlined
 def point_force(
-    gx: Two, gy: Two, r: Array, o: int, mu: float, lame: float
-) -> tuple[Two, Two, float]:
-    """`stress_force` of the point's own strains; its energy, J.
+    gx: Two, gy: Two, hx: Two, hy: Two, r: Array, o: int, mu: float, lame: float, tau: float,
+    lag: float | None,
+) -> tuple[Two, Two, float, float]:  # fmt: skip
+    """`stress_force` of the point's own strains; its energy, J, and what damping dissipates, W.
 
-    Where the caller that inlines this does not use the energy, it is not computed.
+    h : rates of g, of which there is damping with a lag alone (see `strain_rate`). Where the caller
+        that inlines this does not use energy or dissipation, they are not computed.
     """
     fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
-    c = green_strain(fx, fy)
-    x, y = stress_force(fx, fy, c, r, o, mu, lame)
-    return x, y, strain_energy(c, r[o + 3 * LANES], mu, lame)
-
-
-@inlined
-def damped_point(
-    gx: Two, gy: Two, hx: Two, hy: Two, r: Array, o: int, mu: float, lame: float, tau: float,
-    lag: float,
-) -> tuple[Two, Two, float, float]:  # fmt: skip
-    """`point_force` with damping, h being the rates of g, and what it dissipates, W."""
-    fx, fy = gradient_row(gx, r, o), gradient_row(gy, r, o)
     c, w = green_strain(fx, fy), r[o + 3 * LANES]
-    d = strain_rate(fx, fy, gradient_row(hx, r, o), gradient_row(hy, r, o), lag)
-    both = (c[0] + tau * d[0], c[1] + tau * d[1], c[2] + tau * d[2])
+    both, power = c, 0.0
+    if lag is not None:
+        d = strain_rate(fx, fy, gradient_row(hx, r, o), gradient_row(hy, r, o), lag)
+        both = (c[0] + tau * d[0], c[1] + tau * d[1], c[2] + tau * d[2])
+        power = 2.0 * tau * strain_energy(d, w, mu, lame)
     x, y = stress_force(fx, fy, both, r, o, mu, lame)
-    return x, y, strain_energy(c, w, mu, lame), 2.0 * tau * strain_energy(d, w, mu, lame)
+    return x, y, strain_energy(c, w, mu, lame), power
 
 
 @inlined
-def lane_force(s: Array, r: Array, lane: int) -> float:
-    """One element's forces in place of its positions; its energy, J."""
+def lane_force(s: Array, r: Array, lane: int, lag: float | None) -> tuple[float, float]:
+    """One element's forces in place of its positions; its energy, J, and dissipation, W."""
     step = POINT_ROWS * LANES
     x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-    mu, lame = r[16 * LANES + lane], r[17 * LANES + lane]
-    f0 = point_force(x[0], y[0], r, lane, mu, lame)
-    f1 = point_force(x[1], y[1], r, lane + step, mu, lame)
-    f2 = point_force(x[2], y[2], r, lane + 2 * step, mu, lame)
-    f3 = point_force(x[3], y[3], r, lane + 3 * step, mu, lame)
-    base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
-    base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
-    return (f0[2] + f1[2]) + (f2[2] + f3[2])
-
-
-@inlined
-def damped_lane(s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
-    """`lane_force` with damping, and what it dissipates, W."""
-    step = POINT_ROWS * LANES
-    x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
-    v, w = base_vectors(s, VELOCITIES, lane), base_vectors(s, VELOCITIES + 4, lane)
-    mu, lame, tau = r[16 * LANES + lane], r[17 * LANES + lane], r[RELAXATION * LANES + lane]
-    f0 = damped_point(x[0], y[0], v[0], w[0], r, lane, mu, lame, tau, lag)
-    f1 = damped_point(x[1], y[1], v[1], w[1], r, lane + step, mu, lame, tau, lag)
-    f2 = damped_point(x[2], y[2], v[2], w[2], r, lane + 2 * step, mu, lame, tau, lag)
-    f3 = damped_point(x[3], y[3], v[3], w[3], r, lane + 3 * step, mu, lame, tau, lag)
+    mu, lame, tau = r[16 * LANES + lane], r[17 * LANES + lane], 0.0
+    v, w = x, y  # without a lag not used
+    if lag is not None:
+        v, w = base_vectors(s, VELOCITIES, lane), base_vectors(s, VELOCITIES + 4, lane)
+        tau = r[RELAXATION * LANES + lane]
+    f0 = point_force(x[0], y[0], v[0], w[0], r, lane, mu, lame, tau, lag)
+    f1 = point_force(x[1], y[1], v[1], w[1], r, lane + step, mu, lame, tau, lag)
+    f2 = point_force(x[2], y[2], v[2], w[2], r, lane + 2 * step, mu, lame, tau, lag)
+    f3 = point_force(x[3], y[3], v[3], w[3], r, lane + 3 * step, mu, lame, tau, lag)
     base_forces(s, 0, lane, f0[0], f1[0], f2[0], f3[0])
     base_forces(s, 4, lane, f0[1], f1[1], f2[1], f3[1])
     return (f0[2] + f1[2]) + (f2[2] + f3[2]), (f0[3] + f1[3]) + (f2[3] + f3[3])
 
 
 @kernel
-def damped_force(s: Array, r: Array, lag: float) -> None:
-    """`block_force` with damping; rows RESULT and POWER of s: energies and dissipation."""
-    for lane in range(LANES):
-        energy, power = damped_lane(s, r, lane, lag)
-        s[RESULT * LANES + lane], s[POWER * LANES + lane] = energy, power
+def block_force(s: Array, r: Array, stored: Stored, lag: float | None) -> None:
+    """Rows 0..7 of s: positions in, forces out; with a lag damped ones, from rows VELOCITIES.. too.
 
-
-@kernel
-def block_force(s: Array, r: Array, stored: Stored) -> None:
-    """Rows 0..7 of s: positions in, forces out.
-
-    Where energies are `stored`, row RESULT of s: those of the elements, J.
+    Where energies are `stored`, row RESULT of s: those of the elements, J. With a lag row POWER:
+    what they dissipate, W.
     """
     for lane in range(LANES):
-        energy = lane_force(s, r, lane)
+        energy, power = lane_force(s, r, lane, lag)
         if stored is not None:
             s[RESULT * LANES + lane] = energy
+        if lag is not None:
+            s[POWER * LANES + lane] = power
 
 
 @inlined
@@ -248,10 +224,10 @@ def add_force(
     if moving is not None and lane_sum(0.0, r, RELAXATION) > 0.0:
         velocity, lag, power = moving
         gather_rates(velocity, blocks.nodes[block], s)
-        damped_force(s, r, lag)
+        block_force(s, r, stored, lag)
         power[t] = lane_sum(power[t], s, POWER)
     else:
-        block_force(s, r, stored)
+        block_force(s, r, stored, None)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
         stored[t, 0] += lane_sum(0.0, s, RESULT)

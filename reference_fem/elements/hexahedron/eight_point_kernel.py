@@ -155,19 +155,6 @@ def lane_force(law: Law, s: Array, r: Array, lane: int) -> float:
     return ((e0 + e1) + (e2 + e3)) + ((e4 + e5) + (e6 + e7)) + energy(law, r, lane, v)
 
 
-@kernel
-def block_force(law: Law, s: Array, r: Array, stored: Stored) -> None:
-    """Rows 0..23 of s: the nodal forces, from what `block_volume` left in s.
-
-    Where energies are `stored`, row RESULT of s: those of the elements, J.
-    """
-    aligned_frame()
-    for lane in range(LANES):
-        stores = lane_force(law, s, r, lane)
-        if stored is not None:
-            s[RESULT * LANES + lane] = stores
-
-
 @inlined
 def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[float, float]:
     """`lane_force` with damping, and its dissipation, W."""
@@ -189,11 +176,18 @@ def damped_lane(law: Law, s: Array, r: Array, lane: int, lag: float) -> tuple[fl
 
 
 @kernel
-def damped_force(law: Law, s: Array, r: Array, lag: float, stored: Stored) -> None:
-    """`block_force` with damping; row POWER of s: what the elements dissipate, W."""
+def block_force(law: Law, s: Array, r: Array, stored: Stored, lag: float | None) -> None:
+    """Rows 0..23 of s: the nodal forces, from what `block_volume` left in s with the same lag.
+
+    Where energies are `stored`, row RESULT of s: those of the elements, J. With a lag row POWER:
+    what they dissipate, W.
+    """
     aligned_frame()
     for lane in range(LANES):
-        stores, s[POWER * LANES + lane] = damped_lane(law, s, r, lane, lag)
+        if lag is None:
+            stores = lane_force(law, s, r, lane)
+        else:
+            stores, s[POWER * LANES + lane] = damped_lane(law, s, r, lane, lag)
         if stored is not None:
             s[RESULT * LANES + lane] = stores
 
@@ -212,11 +206,11 @@ def add_force(
         velocity, lag, power = moving
         gather(velocity, blocks.nodes[block], s, VELOCITIES)
         block_volume(law, s, r, lag)
-        damped_force(law, s, r, lag, stored)
+        block_force(law, s, r, stored, lag)
         power[t] = lane_sum(power[t], s, POWER)
     else:
         block_volume(law, s, r, None)
-        block_force(law, s, r, stored)
+        block_force(law, s, r, stored, None)
     scatter(s, blocks, block, share, t, out)
     if stored is not None:
         stored[t, 0] += lane_sum(0.0, s, RESULT)

@@ -35,7 +35,7 @@ from reference_fem.elements.hexahedron.law import (
     pressure,
     volume,
 )
-from reference_fem.elements.hexahedron.nodes import gather, gather_positions, scatter
+from reference_fem.elements.hexahedron.nodes import gather, scatter
 from reference_fem.elements.hexahedron.point import (
     POINT_ROWS,
     gradient_rows,
@@ -201,10 +201,10 @@ def add_force(
     law = law_of(blocks)
     s = blocks.scratch[t]
     r = blocks.reference[block]
-    gather_positions(blocks.points, u, blocks.nodes[block], s)
+    gather(blocks.points, u, blocks.nodes[block], s, 0)
     if moving is not None and lane_sum(0.0, r, law.relaxation) > 0.0:
         velocity, lag, power = moving
-        gather(velocity, blocks.nodes[block], s, VELOCITIES)
+        gather(velocity, None, blocks.nodes[block], s, VELOCITIES)
         block_volume(law, s, r, lag)
         block_force(law, s, r, stored, lag)
         power[t] = lane_sum(power[t], s, POWER)
@@ -221,7 +221,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     """See `loops`."""
     smallest = np.inf
     r = blocks.reference[block]
-    gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+    gather(blocks.points, displacement, blocks.nodes[block], s, 0)
     store_all_bases(s, BASES, 0)
     for q in range(8):
         values = VALUES[q]
@@ -242,7 +242,7 @@ def pressures(blocks: Blocks, displacement: Array, cells: Index, out: Array) -> 
         block, lane = cells[row] // LANES, cells[row] % LANES
         r = blocks.reference[block]
         if block != gathered:
-            gather_positions(blocks.points, displacement, blocks.nodes[block], s)
+            gather(blocks.points, displacement, blocks.nodes[block], s, 0)
             block_volume(law, s, r, None)
             gathered = block
         out[row] = pressure(law, r, lane, s[VOLUME * LANES + lane])

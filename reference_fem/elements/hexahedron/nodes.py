@@ -3,24 +3,19 @@
 from reference_fem.arrays import Array, Index
 from reference_fem.compiled import inlined
 from reference_fem.elements.blocks import LANES, Blocks, Nodes
-from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows, take_sums
+from reference_fem.elements.hexahedron.vectors import WIDTH, add_rows, take_rows
 from reference_fem.elements.threads import OWN_HIGH, OWN_LOW, holds_own_nodes_only
 
 
 @inlined
-def gather(values: Array, nodes: Nodes, s: Array, row: int) -> None:
-    """Nodal vectors (n_nodes, 3) of a block, (LANES, 8) node numbers, into 24 rows of s."""
+def gather(values: Array, more: Array | None, nodes: Nodes, s: Array, row: int) -> None:
+    """Nodal vectors (n_nodes, 3) of a block, (LANES, 8) node numbers, into 24 rows of s.
+
+    Those of `values`, with those of `more`, if it is not None, added.
+    """
     for lane in range(0, LANES, WIDTH):
         for a in range(8):
-            take_rows(values, nodes, lane * 8 + a, s, (row + a) * LANES + lane, 8 * LANES)
-
-
-@inlined
-def gather_positions(points: Array, displacement: Array, nodes: Nodes, s: Array) -> None:
-    """Current nodal positions of a block into rows 0..23 of s."""
-    for lane in range(0, LANES, WIDTH):
-        for a in range(8):
-            take_sums(points, displacement, nodes, lane * 8 + a, s, a * LANES + lane, 8 * LANES)
+            take_rows(values, more, nodes, lane * 8 + a, s, (row + a) * LANES + lane, 8 * LANES)
 
 
 @inlined

@@ -172,8 +172,8 @@ def block_det(s: Array) -> None:
 @inlined
 def gather_both(blocks: Blocks, displacement: Array, block: int, s: Array) -> None:
     """Displacements and reference corners of a block into rows 0..47 of s."""
-    gather(displacement, blocks.nodes[block], s, 0)
-    gather(blocks.points, blocks.nodes[block], s, CORNERS)
+    gather(displacement, None, blocks.nodes[block], s, 0)
+    gather(blocks.points, None, blocks.nodes[block], s, CORNERS)
 
 
 @kernel

@@ -11,6 +11,7 @@ Arrays must be contiguous and indices in bounds; neither is checked. Node number
 taken at flat places `first`, `first + 8`, ... for lanes 0, 1, ...: one corner of 8 elements.
 """
 
+from functools import reduce
 from typing import Any
 
 from llvmlite import ir
@@ -90,36 +91,26 @@ def _store_rows(builder: Any, threes: list[Any], out: Any, place: Any, stride: A
 
 
 @intrinsic
-def take_rows(_: Any, values: Any, nodes: Any, first: Any, s: Any, o: Any, stride: Any) -> Any:
-    """Set s[o + i stride + lane] = values[nodes.flat[first + 8 lane], i], values (n_nodes, 3)."""
+def take_rows(
+    _: Any, values: Any, more: Any, nodes: Any, first: Any, s: Any, o: Any, stride: Any
+) -> Any:
+    """Set s[o + i stride + lane] = values[nodes.flat[first + 8 lane], i], values (n_nodes, 3).
+
+    Unless `more` is None, its vectors are added to those of `values`.
+    """
 
     def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        array, numbers, out = (
-            _data(context, builder, signature.args[i], args[i]) for i in (0, 1, 3)
-        )
-        at = [_node(builder, array, numbers, args[2], lane) for lane in range(WIDTH)]
-        _store_rows(builder, [_three(builder, p) for p in at], out, args[4], args[5])
-        return context.get_dummy_value()
-
-    return types.none(values, nodes, types.int64, s, types.int64, types.int64), code
-
-
-@intrinsic
-def take_sums(_: Any, a: Any, b: Any, nodes: Any, first: Any, s: Any, o: Any, stride: Any) -> Any:
-    """`take_rows` of a + b."""
-
-    def code(context: Any, builder: Any, signature: Any, args: Any) -> Any:
-        one, other, numbers, out = (
-            _data(context, builder, signature.args[i], args[i]) for i in (0, 1, 2, 4)
-        )
-        sums = []
+        kinds, threes = signature.args, []
+        fields = [n for n in (0, 1) if kinds[n] != types.none]
+        arrays = [_data(context, builder, kinds[n], args[n]) for n in fields]
+        numbers, out = (_data(context, builder, kinds[n], args[n]) for n in (2, 4))
         for lane in range(WIDTH):
-            p, q = (_node(builder, array, numbers, args[3], lane) for array in (one, other))
-            sums.append(builder.fadd(_three(builder, p), _three(builder, q)))
-        _store_rows(builder, sums, out, args[5], args[6])
+            at = (_node(builder, array, numbers, args[3], lane) for array in arrays)
+            threes.append(reduce(builder.fadd, [_three(builder, p) for p in at]))
+        _store_rows(builder, threes, out, args[5], args[6])
         return context.get_dummy_value()
 
-    return types.none(a, b, nodes, types.int64, s, types.int64, types.int64), code
+    return types.none(values, more, nodes, types.int64, s, types.int64, types.int64), code
 
 
 @intrinsic

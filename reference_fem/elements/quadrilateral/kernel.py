@@ -180,23 +180,19 @@ def block_force(s: Array, r: Array, stored: Stored, lag: float | None) -> None:
 
 
 @inlined
-def gather(points: Array, displacement: Array, nodes: Nodes, s: Array) -> None:
-    """Current nodal positions of a block, (LANES, 4) node numbers, into rows 0..7 of s."""
+def gather(values: Array, more: Array | None, nodes: Nodes, s: Array, row: int) -> None:
+    """Nodal vectors (n_nodes, 2) of a block, (LANES, 4) node numbers, into 8 rows of s.
+
+    Those of `values`, with those of `more`, if it is not None, added.
+    """
     for lane in range(LANES):
         for a in range(4):
             n = nodes[lane, a]
-            s[a * LANES + lane] = points[n, 0] + displacement[n, 0]
-            s[(4 + a) * LANES + lane] = points[n, 1] + displacement[n, 1]
-
-
-@inlined
-def gather_rates(velocity: Array, nodes: Nodes, s: Array) -> None:
-    """Nodal velocities of a block into rows VELOCITIES.. of s."""
-    for lane in range(LANES):
-        for a in range(4):
-            n = nodes[lane, a]
-            s[(VELOCITIES + a) * LANES + lane] = velocity[n, 0]
-            s[(VELOCITIES + 4 + a) * LANES + lane] = velocity[n, 1]
+            x, y = values[n, 0], values[n, 1]
+            if more is not None:
+                x, y = x + more[n, 0], y + more[n, 1]
+            s[(row + a) * LANES + lane] = x
+            s[(row + 4 + a) * LANES + lane] = y
 
 
 @inlined
@@ -220,10 +216,10 @@ def add_force(
     """See `loops`."""
     s = blocks.scratch[t]
     r = blocks.reference[block]
-    gather(blocks.points, u, blocks.nodes[block], s)
+    gather(blocks.points, u, blocks.nodes[block], s, 0)
     if moving is not None and lane_sum(0.0, r, RELAXATION) > 0.0:
         velocity, lag, power = moving
-        gather_rates(velocity, blocks.nodes[block], s)
+        gather(velocity, None, blocks.nodes[block], s, VELOCITIES)
         block_force(s, r, stored, lag)
         power[t] = lane_sum(power[t], s, POWER)
     else:
@@ -238,7 +234,7 @@ def least_det(blocks: Blocks, displacement: Array, block: int, s: Array) -> floa
     """See `loops`."""
     smallest = np.inf
     r = blocks.reference[block]
-    gather(blocks.points, displacement, blocks.nodes[block], s)
+    gather(blocks.points, displacement, blocks.nodes[block], s, 0)
     for lane in range(min(LANES, blocks.n_cells - block * LANES)):
         x, y = base_vectors(s, 0, lane), base_vectors(s, 4, lane)
         for q in range(4):

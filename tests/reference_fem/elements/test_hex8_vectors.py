@@ -6,20 +6,15 @@ import mmap
 import numpy as np
 from numba import njit
 
-from reference_fem.elements.hexahedron.vectors import CORNERS, WIDTH, add_rows, take_rows, take_sums
+from reference_fem.elements.hexahedron.vectors import CORNERS, WIDTH, add_rows, take_rows
 
 NO_ACCESS = 0  # of mprotect
 STRIDE, PLACE = 3 * WIDTH, 5  # rows further apart than they are long, at no multiple of 8
 
 
 @njit
-def take(values, nodes, first, s):
-    take_rows(values, nodes, first, s, PLACE, STRIDE)
-
-
-@njit
-def take_both(values, others, nodes, first, s):
-    take_sums(values, others, nodes, first, s, PLACE, STRIDE)
+def take(values, more, nodes, first, s):
+    take_rows(values, more, nodes, first, s, PLACE, STRIDE)
 
 
 @njit
@@ -45,11 +40,11 @@ def test_rows_hold_what_the_nodes_of_one_corner_hold_and_nothing_else_is_touched
     for corner in range(CORNERS):
         for lane in (0, WIDTH):
             s = np.full(PLACE + 3 * STRIDE, np.nan)
-            take(values, nodes, lane * CORNERS + corner, s)
+            take(values, None, nodes, lane * CORNERS + corner, s)
             assert np.array_equal(rows_of(s), values[nodes[lane : lane + WIDTH, corner]].T)
             assert np.isfinite(s).sum() == 3 * WIDTH
             s[:] = np.nan
-            take_both(values, others, nodes, lane * CORNERS + corner, s)
+            take(values, others, nodes, lane * CORNERS + corner, s)
             sums = (values + others)[nodes[lane : lane + WIDTH, corner]].T
             assert np.array_equal(rows_of(s), sums)
             assert np.isfinite(s).sum() == 3 * WIDTH
@@ -65,7 +60,7 @@ def test_nothing_behind_the_last_node_is_read() -> None:
     libc = ctypes.CDLL(None, use_errno=True)
     assert libc.mprotect(ctypes.c_void_p(start), page, NO_ACCESS) == 0
     s = np.full(PLACE + 3 * STRIDE, np.nan)
-    take(values, np.full((WIDTH, CORNERS), 19, dtype=np.uint32), 0, s)
+    take(values, None, np.full((WIDTH, CORNERS), 19, dtype=np.uint32), 0, s)
     assert np.array_equal(rows_of(s), np.repeat(values[19][:, None], WIDTH, axis=1))
 
 

@@ -27,7 +27,7 @@ from numba.core.caching import IndexDataCacheFile
 from numba.core.registry import CPUDispatcher
 from numba.extending import overload
 
-from hcm.linked import LinkedCompiler
+from hcm.linked import LinkedCompiler, OwnCompiler
 
 PACKAGE = Path(__file__).parent
 IMPORT = re.compile(rf"^\s*(?:from|import)\s+({PACKAGE.name}\b[\w.]*)", re.MULTILINE)
@@ -99,7 +99,8 @@ def entry_with(
     """`entry` with these LLVM fast-math flags and numba options."""
 
     def compiled(function: Callable[..., Any]) -> Any:
-        dispatcher = njit(cache=cache, **options_of(*fastmath, **options))(function)
+        own = {"pipeline_class": OwnCompiler, **options_of(*fastmath, **options)}
+        dispatcher = njit(cache=cache, **own)(function)
         if cache:
             # private to numba, as `_nrt` is: the same test checks it with the next version
             found, stamp = dispatcher._cache, source_stamp(Path(function.__code__.co_filename))

@@ -13,7 +13,7 @@ from typing import Any
 
 from numba import _dynfunc
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.compiler import Compiler, DefaultPassBuilder
 from numba.core.compiler_machinery import register_pass
 from numba.core.typed_passes import NativeLowering
 
@@ -49,7 +49,19 @@ class _Lowering(NativeLowering):
         return True
 
 
-class LinkedCompiler(CompilerBase):
+class OwnCompiler(Compiler):
+    """numba's, with parts of its own of numba's functions.
+
+    By itself numba keeps these parts by their types alone, with the fast-math flags of the first
+    that needed them: bits of a result would depend on what a process has compiled before.
+    """
+
+    def __init__(self, *args: Any) -> None:
+        super().__init__(*args)
+        self.state.targetctx.cached_internal_func = {}
+
+
+class LinkedCompiler(OwnCompiler):
     """numba's passes, of which the last leaves optimization and machine code to the callers."""
 
     def define_pipelines(self) -> list[Any]:

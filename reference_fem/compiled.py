@@ -17,7 +17,7 @@ import numba
 from numba.core.registry import CPUDispatcher
 from numba.extending import overload
 
-from reference_fem.linked import LinkedCompiler
+from reference_fem.linked import LinkedCompiler, OwnCompiler
 
 # Threads that spin while they wait for each other make a run on a busy machine 10 to 20 times
 # slower; libgomp reads this as it is loaded, by the first mesh (gmsh) or the first kernel.
@@ -42,9 +42,13 @@ class InnerKernel(CPUDispatcher):
         return numba.njit(**options)(self.py_func)
 
 
+# Stated, because a function without them takes those of the caller for which it is compiled first.
+FLAGS = {"fastmath": set[str](), "error_model": "numpy", "no_cfunc_wrapper": True}
+
+
 def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` with these options, whose cache is stamped with a digest of the sources."""
-    options = {"no_cfunc_wrapper": True, **options}
+    options = {**FLAGS, "pipeline_class": OwnCompiler, **options}
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)
@@ -93,21 +97,16 @@ def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
 # Fast-math flags of the elements' kernels. No nnan or ninf: a NaN in the displacement must reach
 # the audit, not be optimised away.
 SAFE_MATH = {"contract", "nsz"}
-entry = njit(cache=True, fastmath=SAFE_MATH, error_model="numpy")
+entry = njit(cache=True, fastmath=SAFE_MATH)
 # Options of what only kernels call.
-LINKED = {
-    "error_model": "numpy",
-    "no_cfunc_wrapper": True,
-    "no_cpython_wrapper": True,
-    "pipeline_class": LinkedCompiler,
-}
+LINKED = {**FLAGS, "no_cpython_wrapper": True, "pipeline_class": LinkedCompiler}
 
 
 def inner(**options: object) -> Callable[[Callable[..., Any]], Any]:
     """Compile a function that only kernels call, with these options of numba."""
 
     def decorate(function: Callable[..., Any]) -> Any:
-        dispatcher = numba.njit(**LINKED, **options)(function)
+        dispatcher = numba.njit(**{**LINKED, **options})(function)
         dispatcher.__class__ = InnerKernel
         return dispatcher
 

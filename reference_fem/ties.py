@@ -41,7 +41,7 @@ def ties_of(table: Index) -> Ties:
 NO_TIES = ties_of(np.empty((0, 1), dtype=np.int64))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def hand_on(values: Array, ties: Ties) -> None:
     """Add values (n_points, 2 | 3) of hanging nodes to those that they follow; leave them zero."""
     solid = values.shape[1] == 3
@@ -61,7 +61,7 @@ def hand_on(values: Array, ties: Ties) -> None:
                 values[i, 2] += z
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def follow(values: Array, weight: Array, ties: Ties) -> None:
     """Set values (n_points, 2 | 3) of hanging nodes to the means of weight (n_points,) times value.
 

@@ -29,7 +29,7 @@ class FirstStep(NamedTuple):
     pushed: Array
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def explicit_steps(
     blocks: Blocks, parts: tuple[Any, ...], constraints: Constraints, couples: Couples,
     motion: Motion, memory: Memory, torques: Array, angles: Array, moving: Moving, threads: int,

@@ -123,7 +123,7 @@ def touching_det(model: Model, displacement: Array, pressure: Array) -> float:
     return float(_least_det(model.points, displacement, *given, pressure, slopes))
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def _least_det(
     points: Array, displacement: Array, cells: Index, chosen: Index, pressure: Array, slopes: Array
 ) -> float:

@@ -69,7 +69,7 @@ def share_force(
         add_force(blocks, u, block, shares[t], t, out, stored, moving)
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH)
 def internal_force(
     blocks: Blocks, displacement: Array, n_threads: int, out: Array, stored: Stored,
     moving: Moving,
@@ -84,7 +84,7 @@ def internal_force(
     add_buffers(blocks, shares, out)
 
 
-@njit(cache=True, parallel=True, fastmath=SAFE_MATH, error_model="numpy")
+@njit(cache=True, parallel=True, fastmath=SAFE_MATH)
 def min_dets(blocks: Blocks, displacement: Array, out: Array) -> None:
     """Smallest det F of each thread's blocks, (threads,); NaN if any of them is NaN."""
     for t in prange(len(out)):

@@ -12,7 +12,7 @@ COMPONENTS = {
 }
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def field_gradients(field: Array, cells: Index, gradients: Array, chosen: Index) -> Array:
     """sum_a v_a grad N_a (n, dim, dim) of the chosen cells, of a nodal field (n_nodes, dim)."""
     corners, dim = gradients.shape[1:]
@@ -44,7 +44,7 @@ def determinant(f: Array) -> float:
     return float(det)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True)
 def cauchy_stress(
     displacement: Array, cells: Index, gradients: Array, chosen: Index, mu: Array, lame: Array,
     pressures: Array | None, components: tuple[Index, Index],

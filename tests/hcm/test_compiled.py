@@ -108,6 +108,20 @@ def test_what_only_kernels_call_is_code_of_its_callers_alone() -> None:
     assert double(1.5) == 3.0  # a test may call it, too
 
 
+def test_a_kernel_rounds_alike_whatever_was_compiled_before() -> None:
+    """numba keeps its power of a whole number by its types alone, compiled as first asked for."""
+
+    def power(x: float, n: int) -> float:
+        return x**n
+
+    for flags, contracts in ((("contract",), True), ((), False)):
+        compiled = entry_with(*flags, cache=False)(power)
+        assert compiled(1.5, 3) == 3.375
+        assert (
+            any("fmul contract" in text for text in compiled.inspect_llvm().values()) == contracts
+        )
+
+
 def body_of(compiled: CompileResult) -> str:
     """The text of a function in LLVM's language, as it is after optimization."""
     return str(compiled.library.get_function(compiled.fndesc.mangled_name))

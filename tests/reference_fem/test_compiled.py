@@ -1,11 +1,11 @@
-"""The element loops are stamped with the files of the elements, which they do not import."""
+"""How the reference's kernels are compiled, and with which files they are stamped."""
 
 from pathlib import Path
 
 import pytest
 
 import reference_fem.compiled
-from reference_fem.compiled import source_stamp
+from reference_fem.compiled import inner, njit, source_stamp
 from reference_fem.elements import loops
 from tests.processes import printed
 
@@ -26,6 +26,29 @@ def test_the_element_loops_carry_the_stamp_of_all_elements(
 
     monkeypatch.setattr(reference_fem.compiled, "_digest_and_imports", edited)
     assert source_stamp(file) != stamp
+
+
+def test_a_kernel_rounds_alike_whatever_was_compiled_before() -> None:
+    """numba keeps its power of a whole number by its types alone, compiled as first asked for, and
+    a kernel without flags takes those of its first caller.
+    """
+
+    def power(x: float, n: int) -> float:
+        return x**n
+
+    @inner()
+    def cube_and_one(x: float) -> float:
+        return x * x * x + 1.0
+
+    def called(x: float) -> float:
+        return cube_and_one(x)
+
+    for function, numbers in ((power, (1.5, 3)), (called, (1.5,))):
+        for flags in ({"contract"}, set[str]()):
+            compiled = njit(fastmath=flags)(function)
+            assert compiled(*numbers) - 3.375 == (function is called)
+            code = "".join(compiled.inspect_llvm().values())
+            assert ("fmul contract" in code) == (function is power and bool(flags))
 
 
 @pytest.mark.parametrize("stated", [None, "active"])

@@ -89,6 +89,7 @@ def options_of(*fastmath: str, **options: object) -> dict[str, object]:
         "fastmath": {*fastmath},
         "no_cfunc_wrapper": True,
         "_nrt": False,
+        "pipeline_class": OwnCompiler,
     }
     return {**ours, **options}
 
@@ -99,8 +100,7 @@ def entry_with(
     """`entry` with these LLVM fast-math flags and numba options."""
 
     def compiled(function: Callable[..., Any]) -> Any:
-        own = {"pipeline_class": OwnCompiler, **options_of(*fastmath, **options)}
-        dispatcher = njit(cache=cache, **own)(function)
+        dispatcher = njit(cache=cache, **options_of(*fastmath, **options))(function)
         if cache:
             # private to numba, as `_nrt` is: the same test checks it with the next version
             found, stamp = dispatcher._cache, source_stamp(Path(function.__code__.co_filename))

@@ -1,4 +1,4 @@
-"""How kernels that only kernels call are compiled: as parts of their callers.
+"""The compilers of kernels; those that only kernels call are compiled as parts of their callers.
 
 By itself numba optimizes each function together with all that it calls, and makes machine code of
 the whole: what is eight calls deep is compiled eight times. Here only functions that Python calls

@@ -42,13 +42,19 @@ class InnerKernel(CPUDispatcher):
         return numba.njit(**options)(self.py_func)
 
 
-# Stated, because a function without them takes those of the caller for which it is compiled first.
-FLAGS = {"fastmath": set[str](), "error_model": "numpy", "no_cfunc_wrapper": True}
+# Options of all kernels. A kernel that states no fast-math flags or error model takes those of the
+# caller for which it is compiled first.
+OPTIONS = {
+    "error_model": "numpy",
+    "fastmath": set[str](),
+    "no_cfunc_wrapper": True,
+    "pipeline_class": OwnCompiler,
+}
 
 
 def njit(**options: object) -> Callable[[Callable[..., Any]], Any]:
     """`numba.njit` with these options, whose cache is stamped with a digest of the sources."""
-    options = {**FLAGS, "pipeline_class": OwnCompiler, **options}
+    options = {**OPTIONS, **options}
 
     def decorate(function: Callable[..., Any]) -> Any:
         dispatcher = numba.njit(**options)(function)
@@ -99,7 +105,7 @@ def _digest_and_imports(file: Path) -> tuple[bytes, tuple[Path, ...]]:
 SAFE_MATH = {"contract", "nsz"}
 entry = njit(cache=True, fastmath=SAFE_MATH)
 # Options of what only kernels call.
-LINKED = {**FLAGS, "no_cpython_wrapper": True, "pipeline_class": LinkedCompiler}
+LINKED = {**OPTIONS, "no_cpython_wrapper": True, "pipeline_class": LinkedCompiler}
 
 
 def inner(**options: object) -> Callable[[Callable[..., Any]], Any]:

@@ -1,4 +1,4 @@
-"""How kernels that only kernels call are compiled: as parts of their callers.
+"""The compilers of kernels; those that only kernels call are compiled as parts of their callers.
 
 As `hcm.linked`, which says why, and which this package can't import: the first tap compiles in 35 s
 of processor instead of 52 (measured).

@@ -8,9 +8,9 @@ import pandas
 
 from validation.compare.differences import error_percent
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import Fresh, NoEstimate, Overrides, Source
+from validation.harness.command_line import AsJson, Fresh, NoEstimate, Overrides, Source
 from validation.harness.console import WIDTH, output, say, shown
-from validation.harness.files import exclusive_folder, safe_name, write_text
+from validation.harness.files import exclusive_folder, json_text, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
@@ -74,6 +74,7 @@ def compare(
     out: Path = Path("out"),
     fresh: Fresh = False,
     no_estimate: NoEstimate = False,
+    as_json: AsJson = False,
 ) -> None:
     """Run a scene as it is and with overrides; print and keep the differences.
 
@@ -104,13 +105,16 @@ def compare(
         records = {which: kept.record for which, kept in runs.items()}
         table = difference_table(records["scene"], records["changed"])
         write_text(folder / "differences.csv", table.to_csv(index=False))
-    output(f"{scenes['scene'].name}, {model}: {' '.join(overrides)}")
-    for line in difference_lines(records["scene"], records["changed"], table):
-        output(line)
+    given = {"scene": scenes["scene"].name, "model": model, "changes": list(overrides)}
+    found = given | {"differences": table.to_dict("records"), "folder": str(folder)}
+    title = f"{scenes['scene'].name}, {model}: {' '.join(overrides)}"
+    lines = difference_lines(records["scene"], records["changed"], table)
+    output(json_text(found) if as_json else "\n".join((title, *lines)))
     for which, record in records.items():
         if record.ok and record.message:
             say(f"caution: {which}: {record.message}")
     for which, kept in runs.items():
         if failure := failure_of(kept, folder / which, None):
             raise RunFailedError(f"compare {scene}, {which}: {failure}")
-    output(f"files in {folder}")
+    if not as_json:
+        output(f"files in {folder}")

@@ -4,10 +4,10 @@ At the end the preset `converged` is compared with the limit of the tip's refine
 """
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from validation.converge import verdicts
 from validation.converge.refinement_runs import OF_MESH, LevelRuns, Values
@@ -20,10 +20,10 @@ from validation.converge.refinements import (
 )
 from validation.converge.verdicts import RefinedRuns
 from validation.errors import RunFailedError
-from validation.harness.command_line import Flag, Overrides, Source
+from validation.harness.command_line import AsJson, Flag, Overrides, Source
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLUE, GREEN, ORANGE, legend, panels
-from validation.harness.files import exclusive_folder, output_folder, write_json
+from validation.harness.files import exclusive_folder, json_text, output_folder, write_json
 from validation.harness.quantities import OF_A_TAP, Quantity, quantity
 from validation.harness.store import Store
 from validation.harness.tables import table_of, write_table
@@ -93,6 +93,7 @@ def run_converge(
     overrides: Overrides = (),
     quick: Flag = False,
     out: Path = Path("out"),
+    as_json: AsJson = False,
 ) -> None:
     """Refine, tabulate, draw, and say how sure the finest values are.
 
@@ -134,7 +135,8 @@ def run_converge(
             raise RunFailedError(failed)
         title = f"{runs.scene.name} finger, {model}"
         convergences = verdicts.judged(results)
-        write_table(folder, "levels", table_of(verdicts.level_rows(results)), f"Runs of {title}")
+        levels = verdicts.level_rows(results)
+        write_table(folder, "levels", table_of(levels), f"Runs of {title}")
         names = [refinement.name for refinement in wanted]
         of_preset = [] if preset is None else verdicts.preset_rows(preset, convergences, names)
         rows = [*verdicts.verdict_rows(convergences), *of_preset]
@@ -142,23 +144,12 @@ def run_converge(
         made_from = verdicts.study_of(runs.scene.tables, model, folder / "convergence.csv")
         write_json(folder / verdicts.STUDIED, made_from)
         draw(folder / "convergence.png", results, title)
-    output(f"{title}: from one impact state, each refined alone")
-    wide = max(len(refinement.name) for refinement in wanted)
-    for (refined, entry), found in convergences.items():
-        finest, limit = (_with_error(entry, v, found.error) for v in (found.finest, found.limit))
-        output(
-            f"  {refined:<{wide}}  {entry.title:<16}  finest {finest:<24}"
-            f"  limit {limit.partition(' ')[0]:<8}  {found.verdict}"
-        )
-    for row in of_preset:
-        entry, percent = quantity(row["quantity"]), row["uncertainty_percent"]
-        finest = _with_error(entry, row["finest"], abs(row["finest"]) * percent / 100)
-        output(
-            f"  {row['refinement']:<{wide}}  {entry.title:<16}  {finest:<24}"
-            f"  {row['from_limit_percent']:+.2f} % from the tip's limit,"
-            f" known to {percent:.1f} % in all"
-        )
-    output(f"  files in {folder}")
+    if as_json:
+        given = {"scene": runs.scene.name, "model": model, "folder": str(folder)}
+        tables = {"levels": levels, "convergence": rows}
+        output(json_text(given | tables | {"failures": failures}))
+    else:
+        output("\n".join((*_lines(title, convergences, of_preset), f"  files in {folder}")))
     for caution in verdicts.cautions(results, preset):
         say(f"caution: {title}, {caution}")
     if stated and not quick:
@@ -168,6 +159,28 @@ def run_converge(
         )
     if failures:
         raise RunFailedError(failed)
+
+
+def _lines(
+    title: str, convergences: verdicts.Convergences, of_preset: Sequence[Mapping[str, Any]]
+) -> Iterator[str]:
+    """The verdicts as text."""
+    yield f"{title}: from one impact state, each refined alone"
+    wide = max((len(name) for name, _ in convergences), default=0)
+    for (refined, entry), found in convergences.items():
+        finest, limit = (_with_error(entry, v, found.error) for v in (found.finest, found.limit))
+        yield (
+            f"  {refined:<{wide}}  {entry.title:<16}  finest {finest:<24}"
+            f"  limit {limit.partition(' ')[0]:<8}  {found.verdict}"
+        )
+    for row in of_preset:
+        entry, percent = quantity(row["quantity"]), row["uncertainty_percent"]
+        finest = _with_error(entry, row["finest"], abs(row["finest"]) * percent / 100)
+        yield (
+            f"  {row['refinement']:<{wide}}  {entry.title:<16}  {finest:<24}"
+            f"  {row['from_limit_percent']:+.2f} % from the tip's limit,"
+            f" known to {percent:.1f} % in all"
+        )
 
 
 def _with_error(entry: Quantity, value: float, error: float) -> str:

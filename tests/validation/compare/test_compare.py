@@ -1,5 +1,6 @@
 """``fingertap compare``: the differences a setting makes; what skipping the flight adds (slow)."""
 
+import json
 import re
 from importlib import resources
 from pathlib import Path
@@ -87,6 +88,12 @@ def test_both_runs_and_the_table_are_kept(tmp_path: Path, fingertap: Run) -> Non
     table = pd.read_csv(folder / "differences.csv")
     assert column(table)["peak_normal_force_N"] == pytest.approx(20.0)
     assert all((folder / which / "summary.json").is_file() for which in ("scene", "changed"))
+    as_json = fingertap(*HCM, "--set", "surface.friction=0.6", "--out", tmp_path, "--json")
+    assert as_json.err.endswith(ended.err)
+    printed = json.loads(as_json.out)
+    assert printed["changes"] == ["surface.friction=0.6"]
+    percent = {row["quantity"]: row["difference_percent"] for row in printed["differences"]}
+    assert percent["peak_normal_force_N"] == pytest.approx(20.0)
 
 
 @pytest.mark.usefixtures("fake_runs")

@@ -149,6 +149,10 @@ def test_a_peak_that_is_a_spike_has_no_limit(
     assert f"finest: {SPIKED}: use another law; it is wet" in ended.err
     table = pd.read_csv(tmp_path / "converge" / "soft-fem2d-quick" / "convergence.csv")
     assert set(table["quantity"]) == {"normal_impulse_N_s", "contact_duration_s"}
+    given = ("--model", "fem2d", "--quick", "--out", tmp_path, "--json")
+    printed = json.loads(fingertap("converge", "soft", *given).out)
+    assert [row["quantity"] for row in printed["convergence"]] == table["quantity"].to_list()
+    assert [row["peak_normal_force_N"] for row in printed["levels"]] == [None] * 15
 
 
 @pytest.mark.parametrize("quick", [False, True])

@@ -3,6 +3,7 @@
 import textwrap
 from collections.abc import Iterable, Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -10,10 +11,10 @@ from hcm.assumptions import Assumptions
 from validation.compare.differences import Difference, differences_of
 from validation.compare.figures import AS_WRITTEN, assumption_bars
 from validation.errors import RunFailedError, UserError
-from validation.harness.command_line import Fresh, Overrides
+from validation.harness.command_line import AsJson, Fresh, Overrides
 from validation.harness.console import output, progress_bar, say
 from validation.harness.figures import BLACK, ORANGE, panels
-from validation.harness.files import exclusive_folder, remove, safe_name
+from validation.harness.files import exclusive_folder, json_text, remove, safe_name
 from validation.harness.quantities import TAP_AND_STRESS, finite
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
@@ -39,6 +40,7 @@ def waterfall(
     overrides: Overrides = (),
     out: Path = Path("out"),
     fresh: Fresh = False,
+    as_json: AsJson = False,
 ) -> None:
     """Solve a scene by the reference and by the reduced model, assumption by assumption.
 
@@ -71,12 +73,15 @@ def waterfall(
         title = f"{named.name}{' with ' * bool(overrides)}{', '.join(overrides)}: the reduced model"
         title += f" against {reference.label}, assumption by assumption"
         completed = [run for run in (reference, *runs) if run.ok]
-        _write(folder, title, [*_said(completed), *ignored], rows, runs)
-    output("".join(f"{of.title:>18}" for of in TAP_AND_STRESS))
+        full = _write(folder, title, [*_said(completed), *ignored], rows, runs)
+    said = ["".join(f"{of.title:>18}" for of in TAP_AND_STRESS)]
     for found, run in zip(rows, runs, strict=True):
-        output("".join(f"{_percent(one):>18}" for one in found) + f"  {run.variant}")
-    output("".join(f"{_known(one):>18}" for one in rows[0]) + f"  {OWN}")
-    output(f"errors in %; files in {folder}")
+        said.append("".join(f"{_percent(one):>18}" for one in found) + f"  {run.variant}")
+    said.append("".join(f"{_known(one):>18}" for one in rows[0]) + f"  {OWN}")
+    said.append(f"errors in %; files in {folder}")
+    given = {"scene": named.name, "changes": list(overrides), "reference": reference.label}
+    printed = given | {"assumptions": full, "folder": str(folder)}
+    output(json_text(printed) if as_json else "\n".join(said))
     for text in (*_said((reference, *runs)), *ignored):
         say(f"caution: {named.name}, {text}")
     if failed := [run.variant for run in runs if not run.ok]:
@@ -123,10 +128,12 @@ def _percent(one: Difference) -> str:
 def _write(
     folder: Path, title: str, cautions: Sequence[str], rows: Sequence[Sequence[Difference]],
     runs: Sequence[RunRecord],
-) -> None:  # fmt: skip
-    """Write ``waterfall.md``, ``.tex``, ``.csv`` and ``waterfall.png``."""
+) -> list[dict[str, Any]]:  # fmt: skip
+    """Write ``waterfall.md``, ``.tex``, ``.csv`` and ``waterfall.png``; returns the rows of the
+    ``.csv``.
+    """
     shown: list[dict[str, str | None]] = []
-    full: list[dict[str, float | str | None]] = []
+    full: list[dict[str, Any]] = []
     for found, run in zip(rows, runs, strict=True):
         texts = {f"{one.quantity.title} (%)": _percent(one) for one in found}
         errors = {f"{one.quantity.key}_error_percent": one.error_percent for one in found}
@@ -142,6 +149,7 @@ def _write(
     caption = ". ".join((title, *(f"Caution: {text}" for text in cautions)))
     write_table(folder, "waterfall", table_of(full), caption, table_of(shown))
     _draw(folder / "waterfall.png", title, rows, runs)
+    return full
 
 
 def _draw(

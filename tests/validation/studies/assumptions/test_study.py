@@ -1,5 +1,6 @@
 """The study of the reduced model's assumptions: its scenes, its stored dataset, its rules."""
 
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, replace
@@ -109,6 +110,12 @@ def test_the_waterfall_says_what_its_runs_say_of_themselves(
     assert row == "| + shear | - | - | - | - | UNBALANCED |"
     failed = pd.read_csv(folder / "waterfall.csv", index_col=0)["failed"].dropna()
     assert failed.to_dict() == {"+ shear": "UNBALANCED: it is dry"}
+    as_json = fingertap("waterfall", "soft", *given, "--out", tmp_path, "--json")
+    assert (as_json.code, as_json.err) == (ended.code, ended.err)
+    rows = {row["assumptions"]: row for row in json.loads(as_json.out)["assumptions"]}
+    assert len(rows) == 23
+    assert rows["+ shear"]["peak_normal_force_N_error_percent"] is None
+    assert rows["+ hertz"]["failed"] is None
 
 
 def test_a_waterfall_without_a_reference_leaves_no_older_tables(

@@ -46,7 +46,8 @@ RUNGS = {  # titles, and what the reference's uncertainty is
         "the 3D runs with other meshes and penalties",
     ),
 }
-TABLES: dict[str, tuple[Sequence[str], str]] = {  # columns and caption, by the file's name
+TABLES: dict[str, tuple[Sequence[str] | None, str]] = {  # columns (None: the rows') and caption
+    "scenes": (None, "What was solved: the scenes' values"),
     "accuracy": (tables.ACCURACY_COLUMNS, "The models against the references"),
     "efficiency": (tables.EFFICIENCY_COLUMNS, "Time and memory of each run, alone in its process"),
     "ladder": (tuple(rungs.Comparison.__annotations__), "The ladder of comparisons, rungs 2 to 4"),
@@ -71,7 +72,9 @@ Rows = Mapping[str, Sequence[Any]]  # by the names of TABLES
 
 def table_rows(ladder: Ladder, runs: Runs) -> Rows:
     """Rows of all tables, from the validation's own runs and the ladder's."""
+    loaded = {name: scene.tables for name, scene in runs.plan.loaded.items()}
     return {
+        "scenes": tables.scene_rows(loaded),
         "accuracy": tables.all_accuracy_rows(runs),
         "efficiency": tables.efficiency_rows(runs.measured(), runs.plan.models),
         "ladder": [*ladder.rows, *rungs.paper_rung(runs)],
@@ -208,6 +211,8 @@ def page_context(
         "read_back": read_back_note(runs),
         "figures": figures,
         "apart": apart,
+        "scenes": rows["scenes"],
+        "scenes_columns": ["key", "unit", *runs.scenes],
         "apart_caption": CAPTION.format(stated) + STEPS * runs.plan.leads_to_refined,
         "of_paper": runs.plan.in_full and any(row["hcm_paper"] for row in rows["table_2"]),
         "accuracy": accuracy,

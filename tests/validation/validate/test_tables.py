@@ -5,12 +5,36 @@ import pytest
 
 from tests.validation.commands import Make
 from validation.harness.tables import table_of, write_table
+from validation.scenes.load import load_scene
 from validation.validate.tables import (
     ACCURACY_COLUMNS,
     EFFICIENCY_COLUMNS,
     accuracy_rows,
     efficiency_rows,
+    scene_rows,
 )
+
+
+def test_scene_rows_have_every_key_that_a_scene_states_or_takes_by_default() -> None:
+    torques = "drive.torques={time=[0, 1], values=[[0, 0, 0], [1, 1, 2]]}"
+    own = load_scene(
+        "soft", [torques, "finger.length=[0.05, 0.04, 0.03]", "material.law=neo-hooke"]
+    )
+    rows = {
+        row.pop("key"): row
+        for row in scene_rows({"soft": load_scene("soft").tables, "own": own.tables})
+    }
+    assert rows["material.youngs_modulus"] == {"unit": "Pa", "soft": "1e+9", "own": "1e+9"}
+    assert rows["material.law"] == {
+        "unit": "", "soft": "saint-venant-kirchhoff", "own": "neo-hooke"
+    }  # fmt: skip
+    assert rows["finger.length"] == {"unit": "m", "soft": "0.04", "own": "0.05, 0.04, 0.03"}
+    assert rows["drive.torques"] == {"unit": "N m", "soft": None, "own": "a table of 2 times"}
+    assert rows["drive.reaction"] == {"unit": "", "soft": "false", "own": "false"}
+    for row in rows.values():
+        assert None not in (row["own"], row["unit"])
+    assert "tip.compliance_nn" not in rows  # in neither
+    assert not any(key.startswith("solver") for key in rows)
 
 
 def test_accuracy_rows_have_sources_and_do_not_use_the_paper(make_record: Make) -> None:

@@ -212,7 +212,7 @@ def page_context(
         "figures": figures,
         "apart": apart,
         "scenes": rows["scenes"],
-        "scenes_columns": ["key", "unit", *runs.scenes],
+        "scenes_columns": [tables.KEY_AND_UNIT, *runs.scenes],
         "apart_caption": CAPTION.format(stated) + STEPS * runs.plan.leads_to_refined,
         "of_paper": runs.plan.in_full and any(row["hcm_paper"] for row in rows["table_2"]),
         "accuracy": accuracy,

@@ -56,6 +56,7 @@ COLUMNS_3 = (*_COMMON, "reference_over_hcm", "reference_over_hcm_paper")
 STAND_INS = {plan.PAPER_REDUCED: "hcm", plan.PAPER_REFERENCE: "reference"}  # for the paper's
 RUN_LABELS = {plan.PAPER_REDUCED: "hcm, the scene's k"}
 PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP, from another run
+KEY_AND_UNIT = "key / unit"  # a column: no file, hence no scene, has a slash in its name
 READ_EASILY = 7  # characters of a number; 1000000000 is 1e+9
 CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
                  "contact_time_percent")  # fmt: skip
@@ -72,8 +73,8 @@ def printed(scene: str, key: str) -> dict[str, Claim]:
 
 
 def scene_rows(scenes: Mapping[str, Scene]) -> list[Row]:
-    """A row for each key that one of the scenes has, but for the solvers' settings: its unit, and
-    its value in each.
+    """A row for each key that one of the scenes has, but for the solvers' settings: the key with
+    its unit, and its value in each.
     """
     described, rows = scene_schema()["$defs"], list[Row]()
     for table in (name for name in Scene.model_fields if name != "solver"):
@@ -83,7 +84,8 @@ def scene_rows(scenes: Mapping[str, Scene]) -> list[Row]:
             values = {scene: one.model_dump()[key] for scene, one in given.items()}
             if any(value is not None for value in values.values()):
                 texts = {scene: _text(value) for scene, value in values.items()}
-                rows.append({"key": f"{table}.{key}", "unit": entry.get("unit", ""), **texts})
+                unit = f" ({entry['unit']})" if "unit" in entry else ""
+                rows.append({KEY_AND_UNIT: f"{table}.{key}{unit}", **texts})
     return rows
 
 

@@ -153,7 +153,7 @@ def test_what_a_compared_run_says_of_itself_is_said(
 
 def test_files_of_validate(validated: Callable[..., Path]) -> None:
     folder = validated()
-    assert '<td class="text">material.youngs_modulus</td><td class="text">Pa</td>' in page(folder)
+    assert '<td class="text">material.youngs_modulus (Pa)</td>' in page(folder)
     for name in ("scenes", "accuracy", "efficiency"):
         table = pd.read_csv(folder / f"{name}.csv")
         assert len(table)

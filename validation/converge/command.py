@@ -145,9 +145,9 @@ def run_converge(
         write_json(folder / verdicts.STUDIED, made_from)
         draw(folder / "convergence.png", results, title)
     if as_json:
-        given = {"scene": runs.scene.name, "model": model, "folder": str(folder)}
-        tables = {"levels": levels, "convergence": rows}
-        output(json_text(given | tables | {"failures": failures}))
+        given = {"scene": runs.scene.name, "model": model, "changes": list(overrides)}
+        found = {"levels": levels, "convergence": rows, "failures": failures}
+        output(json_text(given | found | {"folder": str(folder)}))
     else:
         output("\n".join((*_lines(title, convergences, of_preset), f"  files in {folder}")))
     for caution in verdicts.cautions(results, preset):

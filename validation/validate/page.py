@@ -10,7 +10,7 @@ from validation.harness.page import opening, write_page
 from validation.harness.tables import table_of, write_table
 from validation.models import adapter
 from validation.render.off_screen import INTERACTIVE, STILL, Renders, render_run
-from validation.validate import headline, patches, plan, tables
+from validation.validate import headline, patches, plan, scene_values, tables
 from validation.validate.ladder import rungs
 from validation.validate.ladder.ladder import (
     Ladder,
@@ -74,7 +74,7 @@ def table_rows(ladder: Ladder, runs: Runs) -> Rows:
     """Rows of all tables, from the validation's own runs and the ladder's."""
     loaded = {name: scene.tables for name, scene in runs.plan.loaded.items()}
     return {
-        "scenes": tables.scene_rows(loaded),
+        "scenes": scene_values.scene_rows(loaded),
         "accuracy": tables.all_accuracy_rows(runs),
         "efficiency": tables.efficiency_rows(runs.measured(), runs.plan.models),
         "ladder": [*ladder.rows, *rungs.paper_rung(runs)],
@@ -212,7 +212,7 @@ def page_context(
         "figures": figures,
         "apart": apart,
         "scenes": rows["scenes"],
-        "scenes_columns": [tables.KEY_AND_UNIT, *runs.scenes],
+        "scenes_columns": [scene_values.KEY_AND_UNIT, *runs.scenes],
         "apart_caption": CAPTION.format(stated) + STEPS * runs.plan.leads_to_refined,
         "of_paper": runs.plan.in_full and any(row["hcm_paper"] for row in rows["table_2"]),
         "accuracy": accuracy,

@@ -9,16 +9,12 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-import numpy as np
-
 from validation.compare.claims import Claim, find
 from validation.compare.differences import differences_of, error_percent, spread
 from validation.compare.force_curves import FORCES
 from validation.compare.sprague_geers import compare_forces
 from validation.harness.quantities import COMPARED, OF_A_TAP, quantities, quantity
 from validation.harness.record import RunRecord
-from validation.scenes.scene import Scene
-from validation.scenes.schema import scene_schema
 from validation.validate import plan
 from validation.validate.plan import RunName, Runs
 
@@ -56,8 +52,6 @@ COLUMNS_3 = (*_COMMON, "reference_over_hcm", "reference_over_hcm_paper")
 STAND_INS = {plan.PAPER_REDUCED: "hcm", plan.PAPER_REFERENCE: "reference"}  # for the paper's
 RUN_LABELS = {plan.PAPER_REDUCED: "hcm, the scene's k"}
 PERCENT = ("peak_percent", "impulse_percent", "duration_percent")  # of OF_A_TAP, from another run
-KEY_AND_UNIT = "key / unit"  # a column: no file, hence no scene, has a slash in its name
-READ_EASILY = 7  # characters of a number; 1000000000 is 1e+9
 CHECK_COLUMNS = ("scene", "change", "mesh", "peak_N", "changed_peak_N", *PERCENT,
                  "contact_time_percent")  # fmt: skip
 COST_COLUMNS = ("scene", "model", "wall_time_s", "peak_N", *PERCENT)
@@ -70,39 +64,6 @@ def printed(scene: str, key: str) -> dict[str, Claim]:
     prefixes = {"hcm": "HCM", "reference": "reference", "error": "error of"}
     found = {who: find(table, scene, f"{text} {name}") for who, text in prefixes.items()}
     return {who: claim for who, claim in found.items() if claim is not None}
-
-
-def scene_rows(scenes: Mapping[str, Scene]) -> list[Row]:
-    """A row for each key that one of the scenes has, but for the solvers' settings: the key with
-    its unit, and its value in each.
-    """
-    described, rows = scene_schema()["$defs"], list[Row]()
-    for table in (name for name in Scene.model_fields if name != "solver"):
-        given = {scene: getattr(tables, table) for scene, tables in scenes.items()}
-        (kind,) = {type(one) for one in given.values()}
-        for key, entry in described[kind.__name__]["properties"].items():
-            values = {scene: one.model_dump()[key] for scene, one in given.items()}
-            if any(value is not None for value in values.values()):
-                texts = {scene: _text(value) for scene, value in values.items()}
-                unit = f" ({entry['unit']})" if "unit" in entry else ""
-                rows.append({KEY_AND_UNIT: f"{table}.{key}{unit}", **texts})
-    return rows
-
-
-def _text(value: Any) -> str | None:
-    """A scene's value in a cell, numbers to ten digits; None: left out."""
-    match value:
-        case bool():
-            return str(value).lower()
-        case float():
-            plain = f"{value:.10g}"
-            short = np.format_float_scientific(value, 9, trim="-", exp_digits=1)
-            return plain if len(plain) <= READ_EASILY else min(plain, short, key=len)
-        case tuple():
-            return ", ".join(str(_text(part)) for part in value)
-        case {"time": times}:
-            return f"a table of {len(times)} times"
-    return None if value is None else str(value)
 
 
 def accuracy_rows(

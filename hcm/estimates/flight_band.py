@@ -12,24 +12,42 @@ from dataclasses import dataclass
 import numpy as np
 
 from hcm.arrays import Floats
+from hcm.compiled import entry_with
 from hcm.estimates.companion import first_contact
 from hcm.results.result import History, TapResult
 
 FLIGHT_SHARE, SAMPLES = 0.1, 400
 
 
+@entry_with()
+def fill_tip_motion(
+    t: Floats, x: Floats, v: Floats, time: Floats, at: Floats, rate: Floats
+) -> None:
+    """`tip_motion` of a history's times t (n,), positions x and velocities v (n, 2)."""
+    i = max(np.searchsorted(t, time[0], side="right") - 1, 0)
+    for k in range(time.size):
+        while i < t.size - 2 and t[i + 1] <= time[k]:
+            i += 1
+        h = t[i + 1] - t[i]
+        if h <= 0.0:
+            h = 1.0  # of a double row, at whose time s = 0
+        s = (time[k] - t[i]) / h
+        p = s * s * (3.0 - 2.0 * s)
+        for c in range(2):
+            moved = x[i + 1, c] - x[i, c]
+            bend = h * s * (1.0 - s) * ((1.0 - s) * v[i, c] - s * v[i + 1, c])
+            at[k, c] = (1.0 - p) * x[i, c] + p * x[i + 1, c] + bend
+            before, after = (1.0 - s) * (1.0 - 3.0 * s) * v[i, c], s * (3.0 * s - 2.0) * v[i + 1, c]
+            rate[k, c] = 6.0 * s * (1.0 - s) * moved / h + before + after
+
+
 def tip_motion(history: History, time: Floats) -> tuple[Floats, Floats]:
-    """Positions (m) and velocities (m/s) of the tip at `time` (T,), each (T, 2): a cubic in each
-    step through its positions and velocities, and its derivative.
+    """Positions (m) and velocities (m/s) of the tip at ascending `time` (T,), each (T, 2): a cubic
+    in each step through its positions and velocities, and its derivative.
     """
-    t, x, v = history.time_s, history.tip_position_m, history.tip_velocity_m_per_s
-    i = np.clip(t.searchsorted(time, side="right") - 1, 0, t.size - 2)
-    h = (t[i + 1] - t[i])[:, None]
-    h[h <= 0.0] = 1.0  # of a double row, at whose time s = 0
-    s = (time - t[i])[:, None] / h
-    p, moved = s * s * (3.0 - 2.0 * s), x[i + 1] - x[i]
-    at = (1 - p) * x[i] + p * x[i + 1] + h * s * (1 - s) * ((1 - s) * v[i] - s * v[i + 1])
-    rate = 6 * s * (1 - s) * moved / h + (1 - s) * (1 - 3 * s) * v[i] + s * (3 * s - 2) * v[i + 1]
+    at, rate = np.empty((2, time.size, 2))
+    path = history.time_s, history.tip_position_m, history.tip_velocity_m_per_s
+    fill_tip_motion(*path, time, at, rate)
     return at, rate
 
 

@@ -25,7 +25,8 @@ from hcm.accuracy.chosen_flight import (
     QUIET,
     followed_frequency,
 )
-from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES, other_transitions, simulate_within
+from hcm.accuracy.coarser_run import ACCURACY_QUANTITIES, other_transitions
+from hcm.accuracy.simulate_within import simulate_within
 from hcm.beam.chain import build_chain
 from hcm.beam.outline import build_outline, depth
 from hcm.estimates.companion import first_tap

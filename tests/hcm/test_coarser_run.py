@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import hcm
+from hcm.accuracy import coarser_run
 from hcm.accuracy import simulate_within as accuracy_module
 from hcm.accuracy.chosen import Chosen, settings_for
 from hcm.accuracy.simulate_within import simulate_within
@@ -45,7 +46,7 @@ def test_what_a_flight_leaves_out_is_expected_of_two_equal_runs(
     """Both leave it out alike: three tenths of the tap; where it is unknown they tell the rest."""
     of, run = judged
     for share, least in ((0.3, 0.3), (math.inf, 0.0)):
-        found, expected = accuracy_module._compared(run, run, replace(of, flight_error=share), 1e-2)
+        found, expected = coarser_run.compared(run, run, replace(of, flight_error=share), 1e-2)
         # two equal runs have no other error than that of the energy's audit, below 1e-2
         assert least <= expected < least + 1e-2
         for name in ("peak_normal_force_N", "normal_impulse_N_s", "contact_duration_s"):
@@ -68,7 +69,7 @@ def test_a_coarser_runs_difference_is_twice_the_error_or_three_quarters_of_a_sin
     apart, stress = 0.1, run.history.stress_R_Pa
     coarse = summarized(run, contact_duration_s=(1.0 + apart) * run.summary.contact_duration_s)
     coarse = replace(coarse, history=replace(run.history, stress_R_Pa=(1.0 - apart) * stress))
-    found, expected = accuracy_module._compared(run, coarse, of, 1e-2)
+    found, expected = coarser_run.compared(run, coarse, of, 1e-2)
     # a safety factor of 2 at most
     assert apart / told <= expected <= 2.0 * apart / told
     missing = (2.0 if told < 1.0 else 1.0) * apart * abs(run.summary.peak_stress_R_Pa)
@@ -84,7 +85,7 @@ def test_each_speed_that_rods_leave_out_is_in_the_stress_of_two_equal_runs(
     assert of.fall is not None
     none = {"ringing": 0.0, "bending": 0.0, "largest": 0.0}
     fall = replace(of.fall, **(none | {speed: 1.0}))
-    found, _ = accuracy_module._compared(run, run, replace(of, fall=fall), 1e-2)
+    found, _ = coarser_run.compared(run, run, replace(of, fall=fall), 1e-2)
     wave = 2.0 * math.sqrt(SOFT.youngs_modulus * SOFT.density)
     assert found.errors["peak_stress_R_Pa"] == pytest.approx(wave, rel=1e-12)
 
@@ -97,7 +98,7 @@ def test_the_largest_speed_that_rods_leave_out_is_in_the_time_of_the_touch(
     assert of.fall is not None
     share = 100.0
     fall = replace(of.fall, ringing=0.0, bending=0.0, largest=share * of.fall.speed)
-    found, expected = accuracy_module._compared(run, run, replace(of, fall=fall), 1e-2)
+    found, expected = coarser_run.compared(run, run, replace(of, fall=fall), 1e-2)
     rate = math.sqrt(SOFT.bending_stiffness / SOFT.line_density)
     late = 2.0 * share / ((math.pi / SOFT.length) ** 2 * rate)
     assert late < of.fall.time
@@ -113,7 +114,7 @@ def test_a_run_that_lost_energy_expects_half_of_it(judged: tuple[Chosen, hcm.Tap
     work = history.drive_work_J + 0.2 * kinetic * (history.time_s > touched)
     lost = replace(run, history=replace(history, drive_work_J=work))
     # the run's own balance adds less than 1e-3
-    assert accuracy_module._compared(lost, lost, of, 1e-2)[1] == pytest.approx(0.1, abs=1e-3)
+    assert coarser_run.compared(lost, lost, of, 1e-2)[1] == pytest.approx(0.1, abs=1e-3)
 
 
 def test_a_coarser_run_that_failed_or_was_cut_leaves_the_error_unknown(
@@ -124,9 +125,9 @@ def test_a_coarser_run_that_failed_or_was_cut_leaves_the_error_unknown(
     failed = replace(run, status=hcm.Status.NEWTON_FAILED)
     cut = replace(summarized(run, contact_duration_s=None), status=hcm.Status.STILL_IN_CONTACT)
     for coarse in (failed, cut):
-        assert accuracy_module._compared(run, coarse, of, 1e-2)[1] == math.inf
+        assert coarser_run.compared(run, coarse, of, 1e-2)[1] == math.inf
     unresolved = replace(run, status=hcm.Status.UNRESOLVED)
-    assert accuracy_module._compared(run, unresolved, of, 1e-2)[1] < 1e-2
+    assert coarser_run.compared(run, unresolved, of, 1e-2)[1] < 1e-2
 
 
 def test_each_component_of_the_tips_velocity_has_its_own_error(
@@ -137,7 +138,7 @@ def test_each_component_of_the_tips_velocity_has_its_own_error(
     velocity = np.array(run.summary.tip_velocity_at_contact_m_per_s)
     for apart in ((0.1, 0.0), (0.0, 0.1)):
         coarse = summarized(run, tip_velocity_at_contact_m_per_s=tuple(velocity + apart))
-        errors = accuracy_module._compared(run, coarse, of, 1e-2)[0].errors
+        errors = coarser_run.compared(run, coarse, of, 1e-2)[0].errors
         found = np.array(errors["tip_velocity_at_contact_m_per_s"])
         # the run leaves out less than 1e-2 of its speed besides
         slack = 1e-2 * np.hypot(*velocity)
@@ -153,9 +154,9 @@ def test_doubts_about_later_taps_and_transitions_are_said_of_the_run(
     twice = replace(run, taps=(*run.taps, *run.taps))
     slips = summarized(run, stick_to_slip=run.summary.stick_to_slip + 2)
     for own, coarse, said in ((twice, run, "no such tap"), (run, slips, "are not resolved")):
-        cautions = accuracy_module._compared(own, coarse, of, 1e-2)[0].cautions
+        cautions = coarser_run.compared(own, coarse, of, 1e-2)[0].cautions
         assert any(said in caution for caution in cautions)
-    assert accuracy_module._compared(run, run, of, 1e-2)[0].cautions == ()
+    assert coarser_run.compared(run, run, of, 1e-2)[0].cautions == ()
 
 
 @pytest.mark.parametrize(
@@ -214,7 +215,7 @@ def test_a_coarser_run_of_a_followed_vibration_has_three_times_the_error() -> No
     assert of.followed
     own = of.scene.settings
     run = solve_once(replace(of.scene, settings=replace(own, estimate=False)), None, of.fall)[0]
-    coarse = accuracy_module._coarser(of, replace(run, taps=run.taps * 3))
+    coarse = coarser_run.coarser_scene(of, replace(run, taps=run.taps * 3))
     its = coarse.settings
     assert (its.flight_step / own.flight_step) ** 1.5 == pytest.approx(3.0, rel=1e-12)
     assert (its.contact_step / own.contact_step) ** 2 == pytest.approx(3.0, rel=1e-12)
@@ -246,7 +247,7 @@ def test_a_coarser_run_has_no_phalanx_of_as_many_elements(scene: hcm.Scene) -> N
     run = solve_once(replace(of.scene, settings=replace(of.scene.settings, estimate=False)))[0]
     own, its = (
         [p.elements for p in body.finger.phalanges]
-        for body in (of.scene, accuracy_module._coarser(of, run))
+        for body in (of.scene, coarser_run.coarser_scene(of, run))
     )
     assert its[0] < own[0]
     assert its[1] == 2 * own[1]
@@ -308,7 +309,7 @@ def test_a_coarser_run_has_a_vibration_that_is_not_followed_in_another_phase(met
     of = settings_for(1e-3, scene, how)
     assert not of.followed
     run = solve_once(of.scene, None, of.fall)[0]
-    ratio = accuracy_module._coarser(of, run).settings.flight_step / of.scene.settings.flight_step
+    ratio = coarser_run.coarser_scene(of, run).settings.flight_step / of.scene.settings.flight_step
     # order 2: 3 times the error
     assert 0.5 < ratio < 0.9 if method == "gauss" else ratio**2 == pytest.approx(3.0, rel=1e-12)
 
@@ -321,7 +322,7 @@ def test_the_smallest_accuracy_is_a_reason_only_where_nothing_is_stated(
     of, run = judged
     own = (*of.choices, hcm.Choice("contact_step", 1e-5, "stated")) if stated else of.choices
     coarse = summarized(run, contact_duration_s=1.1 * run.summary.contact_duration_s)
-    found, _ = accuracy_module._compared(run, coarse, replace(of, choices=own), accuracy)
+    found, _ = coarser_run.compared(run, coarse, replace(of, choices=own), accuracy)
     (said,) = (caution for caution in found.cautions if "contact duration" in caution)
     assert ("is the smallest accuracy" in said) is (accuracy == 1e-6 and not stated)
     assert said.endswith("; leave out solver.hcm.contact_step") is stated

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 import hcm
-from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES
+from hcm.accuracy.coarser_run import ACCURACY_QUANTITIES
 from hcm.arrays import Floats
 from hcm.assumptions import Assumptions
 from hcm.beam.chain import Chain

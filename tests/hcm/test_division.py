@@ -7,7 +7,7 @@ import pytest
 
 import hcm
 from hcm import loop
-from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES, _coarser
+from hcm.accuracy.coarser_run import ACCURACY_QUANTITIES, coarser_scene
 from hcm.beam.chain import build_chain
 from hcm.beam.division import divided
 from hcm.beam.energy import energies
@@ -184,5 +184,5 @@ def test_the_run_that_judges_a_followed_flight_has_fewer_elements_there() -> Non
     assert (followed.followed, bent.followed) == (True, False)
     few = [chosen.scene.settings.flight_elements for chosen in (followed, bent)]
     own = hcm.simulate_scene(bent.scene)
-    coarse = [_coarser(chosen, own).settings.flight_elements for chosen in (followed, bent)]
+    coarse = [coarser_scene(chosen, own).settings.flight_elements for chosen in (followed, bent)]
     assert coarse == [few[0] - 1, few[1]] == [round(few[0] / 3**0.25), few[1]]

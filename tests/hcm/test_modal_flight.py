@@ -9,7 +9,7 @@ from numpy.polynomial import Polynomial, legendre
 from scipy.integrate import quad
 
 import hcm
-from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES
+from hcm.accuracy.coarser_run import ACCURACY_QUANTITIES
 from hcm.arrays import Floats
 from hcm.assembly.equations import fill_chords
 from hcm.assembly.minimal_coordinates import minimal_coordinates

@@ -13,7 +13,7 @@ import xarray
 
 import hcm
 import reference_fem
-from hcm.accuracy.simulate_within import ACCURACY_QUANTITIES
+from hcm.accuracy.coarser_run import ACCURACY_QUANTITIES
 from tests.validation.commands import Run, call
 from validation.errors import UserError
 from validation.models import default_accuracy, solid, solid_inputs, solid_mesh

@@ -102,7 +102,7 @@ def run_converge(
     model
         fem3d or fem2d.
     quick
-        Coarser levels: two minutes instead of a half hour, and a wider error bar.
+        Coarser levels: a minute instead of five for soft, and a wider error bar.
     out
         Folder for converge/SCENE-MODEL/: levels.csv, convergence.csv, convergence.png,
         scene.json.

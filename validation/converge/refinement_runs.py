@@ -23,7 +23,7 @@ KEPT = (
 OF_MESH = ("elements", "time_step_s")
 PEAKS = ("peak_normal_force_N", "peak_normal_force_time_s", "peak_tangential_force_N")
 CAUTIONS = "cautions"
-Values = dict[str, float | str | None]
+Values = dict[str, int | float | str | None]
 """Numbers of a run by their keys, and its cautions as one text."""
 
 

@@ -247,6 +247,20 @@ def test_plane_study_is_written_and_resumed(tmp_path: Path) -> None:
     assert [path.stat().st_mtime_ns for path in kept] == times
 
 
+def test_a_level_read_back_has_the_numbers_that_it_had(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its counts became 29632.0 and the like, so that a repeated study printed another table."""
+    summary = dict.fromkeys(KEPT, 0.5) | {"elements": 29632, "steps": 1278}
+    result = SimpleNamespace(
+        status=reference_fem.Status.COMPLETED, summary=SimpleNamespace(**summary), cautions=()
+    )
+    monkeypatch.setattr(reference_fem, "simulate", lambda *_, **__: result)
+    runs = LevelRuns("soft", [], "fem2d", Store(tmp_path / "store"))
+    first, again = (runs.run({"solver.fem.contact": "impulse"}) for _ in range(2))
+    assert json.dumps(again) == json.dumps(first)
+
+
 def test_a_verdicts_row_is_in_percent_of_its_number() -> None:
     """17, 5, 2 = 1 + h^2: limit 1, GCI 1.25 (5 - 2)/(2 (2^2 - 1)), spread (17 - 2)/2."""
     found = convergence((4.0, 2.0, 1.0), (17.0, 5.0, 2.0), 2.0)

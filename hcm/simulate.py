@@ -13,7 +13,7 @@ from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.division import divided, flight_elements
 from hcm.beam.outline import depth
 from hcm.bounds import ParameterError, check_kind
-from hcm.contact.build import beyond_checks
+from hcm.contact.build import beyond_checks, relaxation_cautions
 from hcm.estimates.estimate import estimate_errors
 from hcm.estimates.other_ends import with_other_ends
 from hcm.estimates.resolution import judge_steps
@@ -152,16 +152,19 @@ def _result(
     doubt = ""
     cautions: tuple[str, ...] = ()
     height = model.generalized_alpha.law.height
-    relaxes = scene.assumptions.has("hertz") and scene.finger.phalanges[-1].relaxation_time > 0
+    touching = scene.finger.phalanges[-1]
+    relaxes = scene.assumptions.has("hertz") and touching.relaxation_time > 0
     if status is Status.COMPLETED:
         status, doubt, cautions = judge_steps(history, events, summary, settings, relaxes)
         if taps and model.tap_ends is not None:
-            motion, of = begun.motion, (model.chain, height, scene.finger.phalanges[-1])
+            motion, of = begun.motion, (model.chain, height, touching)
             cautions += ends_undecided(taps[0], over_s)
             cautions += bends_back(
                 model.tap_ends, taps, over_s, totals.time,
                 lambda within_s: bent_touches(motion.q, motion.v, *of, within_s),
             )  # fmt: skip
+        if lasts := summary.contact_duration_s:
+            cautions += relaxation_cautions(touching, scene.assumptions, lasts)
         if taps and scene.assumptions.any:
             touched = [event.kind for event in events].index("contact")
             slope = q[touched, model.chain.tip + 2 :]

@@ -86,7 +86,8 @@ def spiked(run: Evidence) -> str:
     """The peak force stands out so much that step or mesh have not resolved it."""
     if spike(run.forces.normal_force_N, steps_per_cell_transit(run.model)) <= SPIKE:
         return ""
-    return f"{SPIKED}: use {_smoother(run.settings)}"
+    relaxes = bool(run.model.kernel.relaxation.any())
+    return f"{SPIKED}: use {_smoother(run.settings, relaxes)}"
 
 
 def few_steps(run: Evidence) -> str:
@@ -236,9 +237,11 @@ def _share(part: float, whole: float) -> float:
     return part / whole if whole > 0.0 else 0.0
 
 
-def _smoother(settings: Settings) -> str:
-    """The remedies left: a finer mesh and, unless in use, impulses, or a softer contact."""
+def _smoother(settings: Settings, relaxes: bool = False) -> str:
+    """The remedies left: a finer mesh and, unless in use, impulses, or a softer contact; a pressure
+    instead of impulses that stop the nodes of a material that relaxes.
+    """
     finer = "a finer mesh where it touches"
     if settings.contact == "impulse":
-        return finer
+        return f"solver.fem.contact = 'surface', or {finer}" if relaxes else finer
     return f"solver.fem.contact = 'impulse', a softer contact, or {finer}"

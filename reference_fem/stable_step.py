@@ -33,9 +33,10 @@ def stable_step(
     4 M/Δt² - 2 C/Δt - K positive definite (at the root z = -1). Δt stands on both sides; starting
     from C = 0, which is too large a step, fixed-point iteration converges to it.
 
-    The material's damping τ K lags likewise: Δt² + 2 τ Δt = 4/ω_max², which for ξ = τ ω/2 reads
-    Δt = 2/ω_max (sqrt(1 + ξ²) - ξ). ω_max may be that of K + K_c + 2 C_c/Δt without τ, and τ the
-    largest: both err to the safe side, also where the two belong to different elements.
+    The material's damping τ K lags likewise. With ω_max of K + K_c + 2 C_c/Δt, ω_K of K alone and
+    the largest τ, 4/Δt² = ω_max² + 2 τ ω_K²/Δt: for symmetric matrices the largest eigenvalue of a
+    sum is at most the sum of theirs, and contact's springs have no part of τ. Without springs it
+    reads Δt = 2/ω_max (sqrt(1 + ξ²) - ξ) with ξ = τ ω/2.
 
     K_c is diagonal with k_i in each direction of node i (a slipping node has fewer springs).
     Springs that tie nodes to each other have a largest eigenvalue λ of M⁻¹K_c of their own: for
@@ -49,7 +50,10 @@ def stable_step(
     """
     damping = np.zeros(contact_nodes.size) if contact_damping is None else contact_damping
     springs = np.zeros(kernel.n_nodes)
-    limit = math.inf
+    tau = float(kernel.relaxation.max())
+    own = limit = math.inf
+    if tau > 0.0:
+        own = kernel.kind.stiffening * lanczos_frequency(kernel, springs, symmetry, ties)
     for _ in range(1 + DAMPED_ITERATIONS if damping.any() else 1):
         stiffness = contact_stiffness + 2.0 * damping / limit
         springs[contact_nodes] = stiffness
@@ -61,8 +65,10 @@ def stable_step(
                 "empty elements and the material for wrong units"
             )
         limit = 2.0 / math.hypot(highest, math.sqrt(coupled_eigenvalue))
-    tau = float(kernel.relaxation.max())
-    return limit * limit / (tau + math.hypot(tau, limit)) if tau > 0.0 else limit
+        if tau > 0.0:
+            lag = tau * (own * own / (highest * highest + coupled_eigenvalue))
+            limit = limit * limit / (lag + math.hypot(lag, limit))
+    return limit
 
 
 def lanczos_frequency(

@@ -94,6 +94,9 @@ RADIATION, RADIATED = 0.22, 0.06
 # Friction towards the hinge, over F_n, beyond which a tap has a caution.
 # c_nt holds for friction away from the hinge, where the patch's and finite strain's effects cancel.
 PULLED = 0.1
+# Relaxation time over a tap's duration: up to which damped taps were compared with solids, and from
+# which a contact that it does not damp has a caution (the soft finger's peak is then 2 % off).
+RELAXED, UNDAMPED = 0.2, 0.005
 # Where the closed form of the tip's compliance was compared with statics: nu, and degrees.
 NU_CHECKED, ANGLES_CHECKED = (0.3, 0.49), (15.0, 62.0)
 STEEPER = "raise surface.height for a steeper touch"
@@ -203,6 +206,22 @@ def patch_cautions(patch: float, angle: float) -> tuple[str, ...]:
             f" {STEEPER}"
         )
     return tuple(found)
+
+
+def relaxation_cautions(
+    last: Phalanx, assumptions: Assumptions, duration: float
+) -> tuple[str, ...]:
+    """Cautions about a material that relaxes for a good part of the tap's duration, s."""
+    share = last.relaxation_time / duration
+    if share > (RELAXED if assumptions.has("hertz") else UNDAMPED):
+        of = f"relaxation_time is {share:.2g} of the tap's duration"
+        if assumptions.has("hertz"):
+            return (f"{of}: damped taps were compared with finite elements up to {RELAXED:g}",)
+        return (
+            f"{of}, and damps the beams alone, not this contact, whose peak rises with it while a"
+            " solid's falls: use assumptions = 'refined'",
+        )
+    return ()
 
 
 def _growth(last: Phalanx, assumptions: Assumptions) -> float:

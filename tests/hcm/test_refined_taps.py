@@ -296,6 +296,25 @@ def test_what_was_not_checked_is_said() -> None:
     assert "towards its hinge (0.3 of the normal force)" in pulled
 
 
+@pytest.mark.parametrize(
+    ("assumptions", "damped", "said"),
+    [
+        ("refined", 3e-5, ""),
+        ("refined", 5e-5, "compared with finite elements up to 0.2"),
+        ("paper", 1e-6, ""),
+        ("paper", 2e-6, "damps the beams alone, not this contact"),
+    ],
+)
+def test_a_material_that_relaxes_as_long_as_a_tap_lasts_is_said(
+    assumptions: str, damped: float, said: str
+) -> None:
+    """A tap of 0.2 ms: the paper's contact is not damped, the refined one was checked so far."""
+    run = tap(replace(SOFT, relaxation_time=damped), Assumptions(assumptions))
+    told = [text for text in run.cautions if text.startswith("relaxation_time is ")]
+    assert len(told) == (said != "")
+    assert all(said in text for text in told)
+
+
 @pytest.mark.parametrize("mirrored", [False, True])
 @pytest.mark.parametrize("outwards", [False, True])
 def test_friction_that_pulls_towards_the_hinge_is_said(mirrored: bool, outwards: bool) -> None:

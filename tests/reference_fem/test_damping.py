@@ -176,14 +176,53 @@ def test_stable_step_of_lagging_damping(dim: int, damping: float) -> None:
 
 
 @both
-def test_springs_between_nodes_shorten_the_step_as_stiffness_does(dim: int) -> None:
-    """Of the mesh's own spectrum: as if K were (1 + 3) K, also where tau K damps the motion."""
+def test_springs_between_nodes_shorten_the_step_without_a_part_of_the_damping(dim: int) -> None:
+    """Of the mesh's own spectrum: as if K were (1 + 3) K, of which tau K is a quarter."""
     for tau in (0.0, 1e-6):
         k = damped(dim, (3, 2, 2), tau)
         highest = lanczos_frequency(k, np.zeros(k.n_nodes), NONE)
         step = stable_step(k, NONE, np.empty(0), NONE, coupled_eigenvalue=3.0 * highest**2)
-        limit = 1.0 / highest
-        assert step == pytest.approx(limit**2 / (tau + math.hypot(tau, limit)), rel=1e-12)
+        limit, lag = 1.0 / highest, tau / 4.0
+        assert step == pytest.approx(limit**2 / (lag + math.hypot(lag, limit)), rel=1e-12)
+
+
+@both
+@pytest.mark.parametrize("damping", [0.1, 3.0])
+def test_stable_step_of_stiff_contact_on_a_material_that_relaxes(dim: int, damping: float) -> None:
+    """4/dt^2 is the largest eigenvalue of (1 + 2 tau/dt) K + K_c: contact's springs, 30 times as
+    stiff as the elements, do not relax. They took part in tau, in up to a hundred times the steps.
+    """
+    elastic = damped(dim, (3, 2, 2), 0.0)
+    mass = np.repeat(elastic.lumped_mass, dim)
+    stiffness = tangent(elastic, elastic.points)
+    highest = math.sqrt(eigh(stiffness, np.diag(mass), eigvals_only=True)[-1])
+    tau, touching = 2 * damping / highest, np.arange(4)
+    springs = np.zeros(elastic.n_nodes)
+    springs[touching] = 30.0 * highest**2 * elastic.lumped_mass[touching]
+    contact = np.diag(np.repeat(springs, dim))
+
+    def largest(dt: float) -> tuple[float, np.ndarray]:
+        found = eigh((1 + 2 * tau / dt) * stiffness + contact, np.diag(mass))
+        return found[0][-1], found[1][:, -1]
+
+    exact = brentq(lambda dt: 4 / dt**2 - largest(dt)[0], 1e-4 / highest, 2 / highest)
+    k = damped(dim, (3, 2, 2), tau)
+    step = stable_step(k, touching, springs[touching], NONE)
+    assert 0.8 * exact < step <= exact * (1 + 1e-9)
+    grown = {}
+    for dt in (0.99 * step, 1.02 * exact):
+        mode = largest(exact)[1].reshape(k.points.shape)
+        v, u = 1e-9 * highest * mode / np.abs(mode).max(), np.zeros(mode.shape)
+        out, start = np.empty(mode.shape), np.abs(v).max()
+        for _ in range(1000):
+            k.force(u, out, (v, 0.5 * dt))
+            v = v - dt * (out + springs[:, None] * u) / elastic.lumped_mass[:, None]
+            u = u + dt * v
+            if np.abs(v).max() > 1e6 * start:
+                break
+        grown[dt > exact] = np.abs(v).max() / start
+    assert grown[False] < 2.0
+    assert grown[True] > 1e3
 
 
 LENGTH, SIDE = 0.04, 0.008

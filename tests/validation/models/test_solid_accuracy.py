@@ -82,6 +82,39 @@ def test_a_tip_that_slides_relaxes_at_any_accuracy(overrides: list[str], share: 
         assert one.relaxation_time == pytest.approx(wanted, rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("overrides", "law"),
+    [
+        ((), "impulse"),
+        (("material.relaxation_time=1e-7",), "impulse"),
+        (("material.relaxation_time=2e-6",), "surface"),
+        (("material.relaxation_time=[2e-6, 2e-6, 0.0]",), "impulse"),
+        (("material.relaxation_time=2e-6", "solver.fem.contact=impulse"), "impulse"),
+        (("material.relaxation_time=2e-6", "solver.fem.preset=fast"), "penalty"),
+    ],
+)
+def test_impulses_stop_no_node_of_a_material_that_relaxes(
+    overrides: tuple[str, ...], law: str
+) -> None:
+    """A wave takes 0.4 us along an edge at the contact."""
+    tables = load_scene("soft", overrides).tables
+    sizing, settings = solid_mesh.sizing_of(tables, 3)[0], solid_inputs.solid_parts(tables).settings
+    speed = solid_inputs.solid_parts(tables).materials[-1].bar_speed
+    assert 1e-7 < sizing.tip_size / speed < 2e-6
+    assert solid_relaxing.law_for(tables, sizing, settings) == replace(settings, contact=law)
+
+
+@pytest.mark.slow
+def test_solids_that_relax_agree_with_the_refined_model_by_pressure_alone() -> None:
+    """20 us: 88 N by impulses on this mesh, in spikes; both models are known to 2 % or better."""
+    keys = ("material.relaxation_time=2e-5", "solver.fem.accuracy=0.1", "solver.fem.estimate=false")
+    peak = {
+        name: solve(load_scene("soft", keys), name, None).record.value("peak_normal_force_N")
+        for name in ("fem3d", "hcm-refined")
+    }
+    assert peak["fem3d"] == pytest.approx(peak["hcm-refined"], rel=0.02)
+
+
 FALLS = {
     "soft": ([], 3),
     "plane": ([], 2),

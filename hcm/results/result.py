@@ -1,7 +1,7 @@
 """What a run returns: history, events, statistics and summary."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -237,7 +237,13 @@ class TapResult:
         return force_curve(self.history, self.given) if self.given else None
 
     def to_dataset(self) -> "xarray.Dataset":
-        """History, events, numbers and errors with units; inputs and versions as attributes."""
+        """History, events, numbers and errors with units; inputs and versions as attributes.
+
+        `forces` have the prefix ``step_``, or the history's where each of its rows is a step's end.
+        """
+        from hcm.results.force_curve import ForceCurve
+
+        curve = self.forces or self.history
         events = {
             "time_s": np.array([event.time_s for event in self.events]),
             "kind": np.array([event.kind for event in self.events], dtype=str),
@@ -245,7 +251,7 @@ class TapResult:
         return run_dataset(
             {
                 "time": vars(self.history),
-                "step": {} if (curve := self.forces) is None else vars(curve),
+                "step": {one.name: getattr(curve, one.name) for one in fields(ForceCurve)},
                 "event": events,
             },
             asdict(self.summary),

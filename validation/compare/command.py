@@ -51,6 +51,8 @@ def difference_lines(
 ) -> Iterator[str]:
     """The table's rows as text, with as many digits as the errors justify."""
     yield f"  {'':<{WIDTH}}{'as it is':<26}{'changed':<26}change"
+    if not (scene.ok and changed.ok):
+        yield f"  {'no results of':<{WIDTH}}{_unless_ok(scene):<25} {_unless_ok(changed)}".rstrip()
     for row in table.to_dict("records"):
         entry, percent = quantity(row["quantity"]), row["difference_percent"]
         both = [shown(entry, record) for record in (scene, changed)]
@@ -63,6 +65,10 @@ def difference_lines(
     touched = scene.summary.get("contact_time_s") is not None
     if touched and numbers.scene.equals(numbers.changed):
         yield f"  no number differs: {scene.label} may not use what was changed"
+
+
+def _unless_ok(record: RunRecord) -> str:
+    return "" if record.ok else f"a run that is {record.status}"
 
 
 def compare(
@@ -106,15 +112,16 @@ def compare(
         table = difference_table(records["scene"], records["changed"])
         write_text(folder / "differences.csv", table.to_csv(index=False))
     given = {"scene": scenes["scene"].name, "model": model, "changes": list(overrides)}
-    found = given | {"differences": table.to_dict("records"), "folder": str(folder)}
+    status = {which: record.status for which, record in records.items()}
+    rows = {"differences": table.to_dict("records"), "folder": str(folder)}
     title = f"{scenes['scene'].name}, {model}: {' '.join(overrides)}"
     lines = difference_lines(records["scene"], records["changed"], table)
-    output(json_text(found) if as_json else "\n".join((title, *lines)))
+    output(json_text(given | {"status": status} | rows) if as_json else "\n".join((title, *lines)))
     for which, record in records.items():
         if record.ok and record.message:
             say(f"caution: {which}: {record.message}")
-    for which, kept in runs.items():
-        if failure := failure_of(kept, folder / which, None):
-            raise RunFailedError(f"compare {scene}, {which}: {failure}")
+    failures = {which: failure_of(kept, folder / which, None) for which, kept in runs.items()}
+    if told := [f"{which}: {failure}" for which, failure in failures.items() if failure]:
+        raise RunFailedError(f"compare {scene}, {'; '.join(told)}")
     if not as_json:
         output(f"files in {folder}")

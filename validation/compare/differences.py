@@ -65,7 +65,7 @@ def error_percent(value: float | None, target: float | None) -> float | None:
     """
     if value is None or target is None or abs(target) <= LEAST_TARGET * abs(value):
         return None
-    return 100.0 * (value - target) / target
+    return 100.0 * (value - target) / target + 0.0  # never "-0"
 
 
 def judge(

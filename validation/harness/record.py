@@ -107,13 +107,13 @@ class RunRecord:
     def to_dataset(self) -> "xarray.Dataset":
         """The content of ``history.nc``: curves, numbers and errors, with units and provenance.
 
-        If the history is sampled, the contact forces at every step are there too, with the prefix
-        ``step_`` and a dimension ``step``.
+        `contact_forces` are there too, with the prefix ``step_`` and a dimension ``step``.
         """
         from hcm.results.dataset import run_dataset
 
+        rows = {name: self.history[name] for name in FORCE_COLUMNS if name in self.history}
         return run_dataset(
-            {"time": self.history, "step": self.forces},
+            {"time": self.history, "step": self.forces or rows},
             {name: value for name, value in self.summary.items() if name not in MACHINE_SCALARS},
             self.errors,
             title=f"fingertap: {self.scene}, {self.label}",

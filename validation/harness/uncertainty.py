@@ -17,6 +17,7 @@ def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
     error : absolute; None: none is stated; infinite: it is unknown, ``95.2 +- ?``.
     digits : of the number if there is no error.
     """
+    value += 0.0  # no -0.0
     if error is None or error < SMALLEST:
         return f"{float(f'{value:.{digits}g}'):.{DIGITS}g}"
     if not math.isfinite(error):
@@ -26,7 +27,7 @@ def with_error(value: float, error: float | None, digits: int = DIGITS) -> str:
     least = math.floor(math.log10(abs(value))) - DIGITS + 1 if value else place
     places = -max(place, least)
     up = math.ceil(error * 10.0**places * (1.0 - 1e-9)) / 10.0**places
-    near = round(value, places) + 0.0  # no -0.0
+    near = round(value, places) + 0.0
     if PLAIN[0] <= max(abs(value), error) < PLAIN[1]:
         digits = max(places, 0)
         return f"{near:.{digits}f} +- {up:.{digits}f}"

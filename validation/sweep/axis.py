@@ -126,7 +126,11 @@ def frozen(axis: Axis, origin: str) -> Any:
         with np.errstate(all="ignore"):
             middle = float(frozen.ppf(0.5))
     except TypeError as error:
-        raise UserError(f"{origin}.parameters: {error}") from error
+        names = ", ".join(filter(None, (found.shapes, "loc", "scale")))
+        raise UserError(
+            f"{origin}.parameters = {show(axis.parameters)}: scipy.stats.{axis.distribution} takes"
+            f" {names}, all but loc and scale always"
+        ) from error
     if not math.isfinite(middle):
         raise UserError(
             f"{origin}.parameters = {show(axis.parameters)}: scipy.stats.{axis.distribution} has"

@@ -26,6 +26,7 @@ def test_differences_are_relative_to_the_scene_as_it_is(make_record: Make) -> No
     assert percent["peak_tangential_force_N"] == pytest.approx(2.0)  # larger in magnitude
     assert percent["contact_duration_s"] == pytest.approx(-5.0)
     assert percent["contact_time_s"] == 0.0
+    assert str(percent["tip_velocity_y_m_per_s"]) == "0.0"  # of a negative number, not "-0.0"
     assert column(table, "scene")["tip_velocity_y_m_per_s"] == -1.65
     assert "elements" not in percent  # hcm has none
 
@@ -71,7 +72,8 @@ def fake_runs(monkeypatch: Patch, make_record: Make) -> None:
         friction = scene.tables.surface.friction
         ok = friction > 0
         message = "it is wet" * (friction > 0.5) if ok else "slid away; add friction"
-        return Outcome(make_record(peak=100 * friction, ok=ok, message=message))
+        status = "COMPLETED" if ok else "NEWTON_FAILED"
+        return Outcome(make_record(peak=100 * friction, ok=ok, status=status, message=message))
 
     monkeypatch.setattr("validation.runs.command.solve", solve)
 
@@ -115,6 +117,10 @@ def test_a_failed_run_and_nothing_to_change(tmp_path: Path, fingertap: Run) -> N
     ended = fingertap(*HCM, "--set", "surface.friction=0", "--out", tmp_path)
     assert ended.code == 1
     assert "compare soft, changed: slid away; add friction; partial results are in " in ended.err
+    assert re.search(r"^  no results of +a run that is NEWTON_FAILED$", ended.out, re.MULTILINE)
+    given = (*HCM, "--set", "surface.friction=0", "--out", tmp_path, "--json")
+    statuses = json.loads(fingertap(*given).out)["status"]
+    assert statuses == {"scene": "COMPLETED", "changed": "NEWTON_FAILED"}
     ended = fingertap(*HCM, "--out", tmp_path)
     assert ended.code == 2
     assert "nothing to change; give --set KEY=VALUE" in ended.err

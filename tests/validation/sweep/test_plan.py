@@ -141,7 +141,11 @@ TORQUES = '"drive.torques" = { values = [[0]] }\n'
         ),
         (HEAD + VARY + "{ values = [0.1, -3] }", "vary.surface.friction.values = -3"),
         (HEAD + VARY + '{ distribution = "gaussian" }', "continuous distribution of scipy.stats"),
-        (HEAD + VARY + '{ distribution = "norm", parameters = { mean = 1 } }', "mean"),
+        (
+            HEAD + VARY + '{ distribution = "norm", parameters = { mean = 1 } }',
+            "norm takes loc, scale",
+        ),
+        (HEAD + VARY + '{ distribution = "beta", parameters = { a = 1 } }', "beta takes a, b, loc"),
         (HEAD + VARY + '{ distribution = "norm", parameters = { scale = -1 } }', "no distribution"),
         (HEAD + VARY + '{ distribution = "norm", parameters = { scale = 0 } }', "a scale, say"),
         (HEAD + '[vary]\n"finger.phalanges" = { low = 1, high = 4 }', "give its values as a list"),

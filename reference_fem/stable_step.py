@@ -51,8 +51,8 @@ def stable_step(
     damping = np.zeros(contact_nodes.size) if contact_damping is None else contact_damping
     springs = np.zeros(kernel.n_nodes)
     tau = float(kernel.relaxation.max())
-    own = limit = math.inf
-    if tau > 0.0:
+    limit, own = math.inf, 0.0
+    if tau > 0.0 and (contact_stiffness.any() or damping.any()):
         own = kernel.kind.stiffening * lanczos_frequency(kernel, springs, symmetry, ties)
     for _ in range(1 + DAMPED_ITERATIONS if damping.any() else 1):
         stiffness = contact_stiffness + 2.0 * damping / limit
@@ -66,7 +66,8 @@ def stable_step(
             )
         limit = 2.0 / math.hypot(highest, math.sqrt(coupled_eigenvalue))
         if tau > 0.0:
-            lag = tau * (own * own / (highest * highest + coupled_eigenvalue))
+            alone = own or highest  # without springs they are the same
+            lag = tau * (alone * alone / (highest * highest + coupled_eigenvalue))
             limit = limit * limit / (lag + math.hypot(lag, limit))
     return limit
 

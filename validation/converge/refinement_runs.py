@@ -9,7 +9,7 @@ from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import OF_A_TAP
 from validation.harness.record import plain
 from validation.harness.store import Store
-from validation.models import solid_inputs, solid_mesh
+from validation.models import solid_inputs, solid_mesh, solid_relaxing
 from validation.models.inputs import run_inputs, scene_inputs
 from validation.scenes.load import NamedScene, load_scene
 from validation.scenes.messages import show
@@ -78,10 +78,12 @@ class LevelRuns:
         from reference_fem.cautions import SPIKED
 
         try:
-            mesh = solid_mesh.build_mesh(tables, self._dimension)
+            sizing, _ = solid_mesh.sizing_of(tables, self._dimension)
+            mesh = solid_mesh.build_mesh(tables, self._dimension, sizing)
             light = solid_mesh.flight_mesh(tables, self._dimension)
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
-            given = mesh, materials, surface, drive, replace(settings, estimate=False)
+            settings = replace(solid_relaxing.law_for(tables, sizing, settings), estimate=False)
+            given = mesh, materials, surface, drive, settings
             result = unless_interrupted(
                 reference_fem.simulate(*given, start=self._start, flight_mesh=light)
             )

@@ -86,8 +86,7 @@ def spiked(run: Evidence) -> str:
     """The peak force stands out so much that step or mesh have not resolved it."""
     if spike(run.forces.normal_force_N, steps_per_cell_transit(run.model)) <= SPIKE:
         return ""
-    relaxes = bool(run.model.kernel.relaxation.any())
-    return f"{SPIKED}: use {_smoother(run.settings, relaxes)}"
+    return f"{SPIKED}: use {_smoother(run)}"
 
 
 def few_steps(run: Evidence) -> str:
@@ -237,11 +236,12 @@ def _share(part: float, whole: float) -> float:
     return part / whole if whole > 0.0 else 0.0
 
 
-def _smoother(settings: Settings, relaxes: bool = False) -> str:
+def _smoother(run: Evidence) -> str:
     """The remedies left: a finer mesh and, unless in use, impulses, or a softer contact; a pressure
     instead of impulses that stop the nodes of a material that relaxes.
     """
     finer = "a finer mesh where it touches"
-    if settings.contact == "impulse":
+    if run.settings.contact == "impulse":
+        relaxes = run.model.kernel.relaxation.any()
         return f"solver.fem.contact = 'surface', or {finer}" if relaxes else finer
     return f"solver.fem.contact = 'impulse', a softer contact, or {finer}"

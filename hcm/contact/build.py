@@ -213,15 +213,15 @@ def relaxation_cautions(
 ) -> tuple[str, ...]:
     """Cautions about a material that relaxes for a good part of the tap's duration, s."""
     share = last.relaxation_time / duration
-    if share > (RELAXED if assumptions.has("hertz") else UNDAMPED):
-        of = f"relaxation_time is {share:.2g} of the tap's duration"
-        if assumptions.has("hertz"):
-            return (f"{of}: damped taps were compared with finite elements up to {RELAXED:g}",)
-        return (
-            f"{of}, and damps the beams alone, not this contact, whose peak rises with it while a"
-            " solid's falls: use assumptions = 'refined'",
-        )
-    return ()
+    of = f"relaxation_time is {share:.2g} of the tap's duration"
+    if assumptions.has("hertz"):
+        checked = f"{of}: damped taps were compared with finite elements up to {RELAXED:g}"
+        return (checked,) if share > RELAXED else ()
+    undamped = (
+        f"{of}, and damps the beams alone, not this contact, whose peak rises with it while a"
+        " solid's falls: use assumptions = 'refined'"
+    )
+    return (undamped,) if share > UNDAMPED else ()
 
 
 def _growth(last: Phalanx, assumptions: Assumptions) -> float:

@@ -14,6 +14,7 @@ import numpy as np
 from hcm.arrays import Floats
 from hcm.compiled import entry_with
 from hcm.estimates.companion import first_contact
+from hcm.results.record import hermite
 from hcm.results.result import History, TapResult
 
 FLIGHT_SHARE, SAMPLES = 0.1, 400
@@ -32,11 +33,9 @@ def fill_tip_motion(
         if h <= 0.0:
             h = 1.0  # of a double row, at whose time s = 0
         s = (time[k] - t[i]) / h
-        p = s * s * (3.0 - 2.0 * s)
         for c in range(2):
             moved = x[i + 1, c] - x[i, c]
-            bend = h * s * (1.0 - s) * ((1.0 - s) * v[i, c] - s * v[i + 1, c])
-            at[k, c] = (1.0 - p) * x[i, c] + p * x[i + 1, c] + bend
+            at[k, c] = hermite(s, h, x[i, c], v[i, c], x[i + 1, c], v[i + 1, c])
             before, after = (1.0 - s) * (1.0 - 3.0 * s) * v[i, c], s * (3.0 * s - 2.0) * v[i + 1, c]
             rate[k, c] = 6.0 * s * (1.0 - s) * moved / h + before + after
 

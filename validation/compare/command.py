@@ -111,12 +111,17 @@ def compare(
         records = {which: kept.record for which, kept in runs.items()}
         table = difference_table(records["scene"], records["changed"])
         write_text(folder / "differences.csv", table.to_csv(index=False))
-    given = {"scene": scenes["scene"].name, "model": model, "changes": list(overrides)}
-    status = {which: record.status for which, record in records.items()}
-    rows = {"differences": table.to_dict("records"), "folder": str(folder)}
+    found = {
+        "scene": scenes["scene"].name,
+        "model": model,
+        "changes": list(overrides),
+        "status": {which: record.status for which, record in records.items()},
+        "differences": table.to_dict("records"),
+        "folder": str(folder),
+    }
     title = f"{scenes['scene'].name}, {model}: {' '.join(overrides)}"
     lines = difference_lines(records["scene"], records["changed"], table)
-    output(json_text(given | {"status": status} | rows) if as_json else "\n".join((title, *lines)))
+    output(json_text(found) if as_json else "\n".join((title, *lines)))
     for which, record in records.items():
         if record.ok and record.message:
             say(f"caution: {which}: {record.message}")

@@ -82,8 +82,8 @@ class LevelRuns:
             mesh = solid_mesh.build_mesh(tables, self._dimension, sizing)
             light = solid_mesh.flight_mesh(tables, self._dimension)
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
-            settings = replace(solid_relaxing.law_for(tables, sizing, settings), estimate=False)
-            given = mesh, materials, surface, drive, settings
+            settings = solid_relaxing.law_for(tables, sizing, materials[-1], settings)
+            given = mesh, materials, surface, drive, replace(settings, estimate=False)
             result = unless_interrupted(
                 reference_fem.simulate(*given, start=self._start, flight_mesh=light)
             )

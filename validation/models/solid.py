@@ -111,7 +111,7 @@ class Solid(Adapter):
             coarse = solid_mesh.flight_mesh(tables, self.dimension)
             mesh_time = time.perf_counter() - start
             materials, surface, drive, settings = solid_inputs.solid_parts(tables)
-            settings = solid_relaxing.law_for(tables, sizing, settings)
+            settings = solid_relaxing.law_for(tables, sizing, materials[-1], settings)
             elastic = materials
             materials = solid_relaxing.materials_within(tables, touch, elastic)
             damped = any(m.relaxation_time for m in materials)

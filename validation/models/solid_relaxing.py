@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from validation.models.solid_inputs import solid_parts
 from validation.models.solid_mesh import sizes_of
 from validation.scenes.scene import Scene
 
@@ -45,7 +44,10 @@ def relaxes_near_the_touch(tables: Scene, sizing: meshes.Sizing | None) -> bool:
 
 
 def law_for(
-    tables: Scene, sizing: meshes.Sizing | None, settings: reference_fem.Settings
+    tables: Scene,
+    sizing: meshes.Sizing | None,
+    last: reference_fem.Material,
+    settings: reference_fem.Settings,
 ) -> reference_fem.Settings:
     """The settings, with a pressure over the surface instead of a preset's impulses where the
     scene states a relaxation time longer than a wave takes along an edge at the contact.
@@ -53,10 +55,10 @@ def law_for(
     An impulse stops a node within a step, and the element behind it resists by tau times the rate
     of its strain: each touch of a node is a spike. With tau = 20 us the soft finger's peak is 79.3
     N by pressure, 88.3 N by impulses on the same mesh, in as many steps, as tau limits them.
+    last : the last phalanx's material, as the scene states it
     """
     if sizing is None or "contact" in tables.solver.fem.model_fields_set:
         return settings
-    last = solid_parts(tables).materials[-1]
     if settings.contact != "impulse" or last.relaxation_time * last.bar_speed <= sizing.tip_size:
         return settings
     return replace(settings, contact="surface")

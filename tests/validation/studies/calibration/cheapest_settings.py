@@ -6,13 +6,13 @@ prints a line per scene, then the median ratios: of the run with its estimate, a
 alone, to the fastest of some thousand fixed settings whose four numbers happen to be as accurate,
 the chosen ones among them.
 The scenes are the first undriven ones of ``fingertap calibrate``. Times are the least of several,
-taken in turns on one thread; half a minute a scene.
+taken in turns on one thread; ten seconds or more a scene.
 """
 
 import math
 import statistics
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -22,6 +22,7 @@ import cyclopts
 import hcm
 from hcm.accuracy.coarser_run import ACCURACY_QUANTITIES
 from validation.harness.console import output
+from validation.harness.timing import shortest_in_turns
 from validation.models.hcm import hcm_scene
 from validation.scenes.load import load_scene
 from validation.studies.calibration.scenes import case
@@ -30,7 +31,7 @@ from validation.studies.calibration.solves import _within
 FLIGHT_ELEMENTS, FLIGHT_STEPS = (1, 2, 4), (6, 10, 17, 30, 60)
 ELEMENTS, STAGES = (1, 2, 3, 4, 6, 8, 12), (3, 5)
 LONGER = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 9.0)  # steps in contact, over the chosen ones
-TIMED_AGAIN, ROUNDS = 12, 25
+TIMED_AGAIN, TIMING_S = 12, 3.0
 
 
 def error(result: hcm.TapResult, truth: hcm.TapResult) -> float:
@@ -61,17 +62,6 @@ def settings_searched(chosen: hcm.Scene, contact_time: float) -> Iterator[hcm.Sc
             yield replace(chosen, finger=hcm.Finger(parts), settings=settings)
 
 
-def least_times(*solves: Callable[[], object]) -> list[float]:
-    """The least time of each, s, in `ROUNDS` turns."""
-    least = [math.inf] * len(solves)
-    for _ in range(ROUNDS):
-        for i, solve in enumerate(solves):
-            began = time.perf_counter()
-            solve()
-            least[i] = min(least[i], time.perf_counter() - began)
-    return least
-
-
 def ratios(number: int, accuracy: float) -> tuple[float, float] | None:
     """Times over the cheapest's, of the run and of its solve; None if the scene has no tap."""
     scene = load_scene("soft", case("hcm", number, accuracy).overrides)
@@ -91,7 +81,8 @@ def ratios(number: int, accuracy: float) -> tuple[float, float] | None:
     judged = replace(given, settings=replace(given.settings, estimate=True))
     solves = [partial(hcm.simulate_within, accuracy, one) for one in (judged, given)]
     fastest = [one for _, one in (*keeps[:TIMED_AGAIN], keeps[-1])]
-    run, alone, *others = least_times(*solves, *(partial(hcm.simulate_scene, s) for s in fastest))
+    solves += [partial(hcm.simulate_scene, one) for one in fastest]
+    run, alone, *others = (one.wall_time_s for one in shortest_in_turns(solves, TIMING_S))
     cheapest = min(others)
     best = fastest[others.index(cheapest)]
     how = f"{best.settings.flight} flight, {best.settings.stages} stages"

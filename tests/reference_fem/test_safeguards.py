@@ -370,7 +370,9 @@ def test_a_run_without_samples_is_judged_by_its_forces() -> None:
     samples = SimpleNamespace(time_s=np.empty(0))
     run: Any = SimpleNamespace(
         history=samples, forces=SimpleNamespace(time_s=record, normal_force_N=record),
-        model=SimpleNamespace(cell_transit_s=1.0, step_s=1.0),
+        model=SimpleNamespace(
+            cell_transit_s=1.0, step_s=1.0, kernel=SimpleNamespace(relaxation=np.zeros(1))
+        ),
         settings=rf.Settings(contact="impulse"),
     )  # fmt: skip
     assert any("in 2 steps only" in said for said in cautions.cautions(run))

@@ -25,7 +25,7 @@ from typing import Any
 from numpy.polynomial.polynomial import polyval
 
 from hcm.estimates.resolution import over_phase
-from hcm.flight.fall import Fall, slowest_frequency
+from hcm.flight.fall import RODS_TOLERANCE, Fall, slowest_frequency
 from hcm.modal_flight import MOST_MODAL, rings
 from hcm.model import Scene
 from hcm.parameters import GAUSS, GENERALIZED_ALPHA, STAGES, Finger, Phalanx, Settings
@@ -127,10 +127,11 @@ def _ringing(scene: Scene, fall: Fall, driven: bool) -> tuple[float, float]:
 
 def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Choice, ...]:
     """Choices for a flight as rods in steps of at most `step`, s."""
+    tolerance = min(STEP_SHARE * accuracy, RODS_TOLERANCE)
     return (
         Choice("flight", "rigid", why),
         Choice("flight_step", step, why_step),
-        Choice("flight_tolerance", STEP_SHARE * accuracy, "a share of the accuracy"),
+        Choice("flight_tolerance", tolerance, "a share of the accuracy, at most the predicting fall's"),
     )
 
 

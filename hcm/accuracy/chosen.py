@@ -82,6 +82,8 @@ SETTINGS = (
     "newton_tolerance",
 )  # fmt: skip
 """Settings that are chosen unless they are stated."""
+STATABLE = sorted({"elements", *(field.name for field in fields(Settings))})
+"""Names of settings that a scene may state."""
 STATED = "stated"
 """The reason of a choice that the scene has made."""
 
@@ -130,11 +132,8 @@ def settings_for(accuracy: float, scene: Scene, stated: Stated = MappingProxyTyp
     check_accuracy(accuracy)
     check_kind("scene", scene, Scene)
     check_kind("stated", stated, Mapping)
-    known = {"elements", *(field.name for field in fields(Settings))}
-    if unknown := [name for name in stated if name not in known]:
-        raise ParameterError(
-            f"stated has {unknown[0]!r}: must be one of {', '.join(sorted(known))}"
-        )
+    if unknown := [name for name in stated if name not in STATABLE]:
+        raise ParameterError(f"stated has {unknown[0]!r}: must be one of {', '.join(STATABLE)}")
     return choose(accuracy, scene, stated)
 
 

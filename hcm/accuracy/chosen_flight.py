@@ -131,7 +131,7 @@ def _as_rods(accuracy: float, why: str, step: float, why_step: str) -> tuple[Cho
     return (
         Choice("flight", "rigid", why),
         Choice("flight_step", step, why_step),
-        Choice("flight_tolerance", tolerance, "a share of the accuracy, at most the predicting fall's"),
+        Choice("flight_tolerance", tolerance, "at least as fine as the fall that predicts it"),
     )
 
 

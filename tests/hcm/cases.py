@@ -34,6 +34,7 @@ SOFT_TIP = hcm.Tip(0.78e6)
 HARD_TIP = hcm.Tip(5.15e6)
 NO_ESTIMATE = hcm.Settings(estimate=False)
 SOFT_SCENE = hcm.Scene(hcm.Finger((SOFT,) * 3), SURFACE, SOFT_TIP, settings=NO_ESTIMATE)
+# one phalanx that a sudden torque rings: its vibration changes the tap by a tenth
 RINGING = hcm.Scene(
     hcm.Finger((hcm.Phalanx(0.0285, 0.0114, 1.3e7, 2000.0),)), hcm.Surface(0.0124, 0.85),
     hcm.Tip(4000.0), hcm.Drive((0.0106,)),

@@ -28,8 +28,8 @@ from hcm.beam.chain import build_chain
 from hcm.beam.outline import build_outline, depth
 from hcm.flight.fall import magnified, rods_fall
 from hcm.model import rigid_motion
-from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_TIP
-from tests.hcm.test_accuracy import SOFT_SCENE, chosen
+from tests.hcm.accuracies import chosen
+from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_SCENE, SOFT_TIP
 
 # one phalanx that is stiff beside its tip's spring, whose bending limits a step of collocation
 STIFF = hcm.Scene(

@@ -9,15 +9,15 @@ import pandas
 from validation.compare.differences import error_percent
 from validation.errors import RunFailedError, UserError
 from validation.harness.command_line import AsJson, Fresh, NoEstimate, Overrides, Source
-from validation.harness.console import WIDTH, output, say, shown
+from validation.harness.console import WIDTH, output, output_kept, say, shown
 from validation.harness.files import exclusive_folder, json_text, safe_name, write_text
 from validation.harness.interrupts import unless_interrupted
 from validation.harness.quantities import COMPARED, quantities, quantity
 from validation.harness.record import RunRecord
 from validation.harness.store import Store
 from validation.harness.uncertainty import with_error
-from validation.models import estimate_override
-from validation.runs.command import Kept, failure_of, stored_or_solved
+from validation.models import adapter, estimate_override
+from validation.runs.command import Kept, accuracy_override, failure_of, stored_or_solved
 from validation.scenes.load import load_scene
 
 WALL_TIME = "wall_time_s"
@@ -77,6 +77,7 @@ def compare(
     *,
     model: str,
     overrides: Overrides = (),
+    accuracy: str | None = None,
     out: Path = Path("out"),
     fresh: Fresh = False,
     no_estimate: NoEstimate = False,
@@ -88,21 +89,26 @@ def compare(
     ----------
     model
         hcm, hcm-refined, fem3d, fem2d, or an installed plug-in.
+    accuracy
+        Largest relative error wanted of both runs, as in run; by default the scene's, or fixed
+        settings.
     out
         Folder for compare/SCENE-MODEL-CHANGE/ with differences.csv and both runs.
     """
     if not overrides:
         raise UserError("compare: nothing to change; give --set KEY=VALUE")
-    without = estimate_override(model, not no_estimate)
+    with output_kept():
+        wanted = accuracy_override(adapter(model), accuracy, overrides)
+    both = (*wanted, *estimate_override(model, not no_estimate))
     scenes = {
-        "scene": load_scene(scene, without),
-        "changed": load_scene(scene, (*overrides, *without)),
+        "scene": load_scene(scene, both),
+        "changed": load_scene(scene, (*overrides, *both)),
     }
     if scenes["scene"].tables == scenes["changed"].tables:
         raise UserError(
             f"--set {' '.join(overrides)}: the scene has that already; give another value"
         )
-    name = safe_name("-".join((scenes["scene"].name, model, *overrides)))
+    name = safe_name("-".join((scenes["scene"].name, model, *overrides, *wanted)))
     with exclusive_folder(out / "compare" / name) as folder:
         runs, store = dict[str, Kept](), Store(out / "store", fresh)
         for which, named in scenes.items():

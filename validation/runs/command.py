@@ -67,7 +67,7 @@ def run_scene(
     resumable = module.resumable
     if resume and not resumable:
         raise UserError(f"--resume: {model} leaves no restart file to resume; leave it out")
-    wanted = _accuracy_override(module, accuracy, overrides)
+    wanted = accuracy_override(module, accuracy, overrides)
     asked = (*overrides, *wanted, *estimate_override(model, not no_estimate))
     named = scene_for(scene, model, asked)
     folder = folder_for(named, model, out)
@@ -114,7 +114,7 @@ class Kept:
     stored: bool = False
 
 
-def _accuracy_override(
+def accuracy_override(
     module: Adapter, accuracy: str | None, overrides: Sequence[str]
 ) -> tuple[str, ...]:
     """The override that ``--accuracy`` stands for.

@@ -129,6 +129,18 @@ def test_a_failed_run_and_nothing_to_change(tmp_path: Path, fingertap: Run) -> N
     assert "--set surface.friction=0.50: the scene has that already" in ended.err
 
 
+def test_both_runs_are_held_to_an_accuracy(tmp_path: Path, fingertap: Run) -> None:
+    given = (*HCM, "--set", "surface.friction=0.6", "--accuracy", "1e-2")
+    ended = fingertap(*given, "--out", tmp_path)
+    assert ended.code == 0
+    (folder,) = (tmp_path / "compare").iterdir()
+    for which in ("scene", "changed"):
+        summary = json.loads((folder / which / "summary.json").read_text())
+        assert summary["accuracy"]["wanted"] == 1e-2
+    ended = fingertap(*given, "--set", "solver.accuracy=1e-3", "--out", tmp_path)
+    assert (ended.code, "two accuracies; leave one out" in ended.err) == (2, True)
+
+
 @pytest.mark.usefixtures("fake_runs")
 def test_finished_runs_are_read_back(tmp_path: Path, fingertap: Run) -> None:
     """The scene as it is, too, for another change: a pair that was stopped goes on."""

@@ -101,6 +101,8 @@ def _from_file(plan: Plan) -> PointTable:
     except csv.Error as error:
         raise UserError(f"{origin}: is not CSV: {error}") from error
     names = [name.strip() for name in lines[0][1]] if lines else []
+    if other := next((mark for mark in ";\t" if mark in "".join(names)), ""):
+        raise UserError(f"{origin}: line 1 has {other!r}: must have commas between its columns")
     wanted = plan.points.columns or names
     settled = [text.partition("=")[0] for text in plan.common]
     settled += [key for solver in plan.solvers for key in solver.set]

@@ -175,6 +175,7 @@ FILE = 'scene = "soft"\nmodels = ["hcm"]\n[points]\nkind = "file"\nfile = "p.csv
         (FILE, "surface.friction\n", "has no points"),
         (FILE, "surface.fricton\n1\n", "did you mean surface.friction?"),
         (FILE, "surface.friction,surface.height\n0.1\n", "line 2 has 1 values for 2 columns"),
+        (FILE, "surface.friction;surface.height\n0.1;0.1\n", "line 1 has ';': must have commas"),
         (FILE, "surface.friction\n-0.1\n", "line 2: surface.friction = -0.1: must be a number"),
         (FILE, "surface.friction\nrough\n", "surface.friction = 'rough'"),
         (FILE, "surface.friction,surface.height\n\n0.1,\n", "line 3: surface.height is empty"),

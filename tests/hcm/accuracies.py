@@ -27,8 +27,8 @@ def once(
     accuracy: float, scene: hcm.Scene, stated: Mapping[str, object] = MappingProxyType({})
 ) -> hcm.TapResult:
     """A run with the settings of that accuracy, which nothing judges."""
-    chosen = settings_for(accuracy, scene, stated).scene
-    plain = replace(chosen, settings=replace(chosen.settings, estimate=False))
+    of = settings_for(accuracy, scene, stated).scene
+    plain = replace(of, settings=replace(of.settings, estimate=False))
     return hcm.simulate_scene(plain)
 
 

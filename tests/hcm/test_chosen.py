@@ -1,10 +1,9 @@
-"""Settings that follow from an accuracy, and the falls that they are judged by: line by line."""
+"""Settings that follow from an accuracy: line by line."""
 
 import math
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 from scipy.optimize import brentq
 
@@ -24,10 +23,7 @@ from hcm.accuracy.chosen_flight import (
     followed_frequency,
 )
 from hcm.accuracy.simulate_within import simulate_within
-from hcm.beam.chain import build_chain
-from hcm.beam.outline import build_outline, depth
-from hcm.flight.fall import magnified, rods_fall
-from hcm.model import rigid_motion
+from hcm.flight.fall import rods_fall
 from tests.hcm.accuracies import chosen
 from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_SCENE, SOFT_TIP
 
@@ -238,50 +234,6 @@ def test_a_flight_has_elements_for_its_longest_phalanx_and_the_contact_has_no_fe
     assert told["flight_elements"] == max(flight.elements)
     found = settings_for(1e-3, scene).scene.finger.phalanges
     assert all(p.elements >= n for p, n in zip(found, flight.elements, strict=True))
-
-
-def test_a_falls_time_is_counted_from_its_start() -> None:
-    """The same fall a second later."""
-    still = (0.0,) * 3
-    one, other = (
-        rods_fall(replace(SOFT_SCENE, start=hcm.RigidStart(still, still, at))) for at in (0.0, 1.0)
-    )
-    assert one is not None
-    assert other is not None
-    # the touch is located to the surface's tolerance, 1e-6 of its height
-    assert other.time == pytest.approx(one.time, rel=1e-5)
-
-
-def test_a_fall_that_magnifies_its_start_says_so() -> None:
-    """From upright a chain tumbles, to another touch for 1e-5 rad more. A plain fall does not,
-    nor does a turn about one hinge by more than π.
-    """
-    upright = hcm.RigidStart((-1.6,) * 3, (0.0,) * 3)
-    about = replace(SOFT_SCENE, start=hcm.RigidStart((-3.6,) * 3, (1.0,) * 3))
-    tumbles = replace(SOFT_SCENE, start=upright)
-    told = [magnified(scene, fall) for scene in (SOFT_SCENE, about, tumbles)
-            if (fall := rods_fall(scene))]  # fmt: skip
-    assert told[:2] == [(), ()]
-    ((caution,),) = told[2:]
-    assert "angles changed by 1e-05 rad change which touch it comes to" in caution
-    judged = replace(tumbles, settings=replace(tumbles.settings, estimate=True))
-    stated = simulate_within(1e-2, judged)
-    assert caution in stated.cautions
-
-
-def test_a_falls_sections_sink_as_those_of_straight_beams() -> None:
-    """Where the tip is above the surface by as much at least, in any state of the fall."""
-    scene = replace(SOFT_SCENE, surface=hcm.Surface(0.04, 0.5))
-    fall = rods_fall(scene)
-    assert fall is not None
-    chain, _ = build_chain(scene.finger, hcm.Drive())
-    outline, sunk = build_outline(scene.finger, scene.surface.height), []
-    for state in fall.flight.states:
-        start = hcm.RigidStart(tuple(state[:3].tolist()), (0.0,) * 3)
-        below = depth(rigid_motion(scene.finger, chain, start)[0], chain, outline)[0]
-        tip = scene.surface.height - SOFT.length * np.sin(state[:3]).sum()
-        sunk.append(min(below, tip))
-    assert fall.sunk == pytest.approx(max(sunk), abs=1e-12)  # round-off
 
 
 @pytest.mark.parametrize(

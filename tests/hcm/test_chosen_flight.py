@@ -16,21 +16,11 @@ from hcm.accuracy.chosen_flight import (
     followed_frequency,
 )
 from hcm.accuracy.simulate_within import simulate_within
-from hcm.beam.chain import build_chain
-from hcm.beam.outline import build_outline, depth
-from hcm.flight.fall import (
-    RODS_TOLERANCE,
-    bending_wave_stress,
-    omitted_time,
-    rods_fall,
-    slowest_frequency,
-)
-from hcm.flight.rigid_chain import body_depth, build_rods
-from hcm.model import limits_of, rigid_motion
+from hcm.flight.fall import bending_wave_stress, rods_fall
+from hcm.model import limits_of
 from hcm.parameters import STAGES
-from hcm.simulate import solve_once
 from tests.hcm.accuracies import chosen, numbers, once
-from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_SCENE, finger
+from tests.hcm.cases import NO_ESTIMATE, RINGING, SOFT, SOFT_SCENE
 
 
 def test_a_flight_is_rigid_until_what_it_skips_matters() -> None:
@@ -65,35 +55,6 @@ def test_a_finger_that_meets_the_surface_before_its_tip_falls_as_rods() -> None:
     assert kept["flight"] == "elastic"
 
 
-def test_a_round_tip_lifts_no_surface_for_the_sections() -> None:
-    """They were measured against where its centre touches: rods fell "as the finger meets the
-    surface before its tip does", and were too flexible for it.
-    """
-    thin, thick = (hcm.Phalanx(0.04, d, 2e7, 1100.0, poisson_ratio=0.47) for d in (0.01, 0.02))
-    scene = hcm.Scene(
-        hcm.Finger((thin, thick)), hcm.Surface(0.027362, 0.2), hcm.Tip(2e4),
-        settings=NO_ESTIMATE, start=hcm.RigidStart((0.10472, 0.174533), (0.0, 0.0)),
-        assumptions=hcm.Assumptions("refined"),
-    )  # fmt: skip
-    fall = rods_fall(scene)
-    assert fall is not None
-    assert fall.sunk == 0.0
-    result = simulate_within(1e-3, scene)
-    assert result.status is hcm.Status.COMPLETED, result.message
-
-
-def test_sections_sink_as_those_of_straight_beams() -> None:
-    body, surface = finger(SOFT, elements=1), hcm.Surface(0.04, 0.5)
-    rods, radius = build_rods(body, surface, hcm.Drive())[0], np.full(3, SOFT.diameter / 2)
-    for angles in ((0.9, 0.5, 0.7), (0.3, 1.4, 0.2), (0.4, -0.6, 1.2), (0.6, 0.9, -0.3)):
-        state = np.array([*angles, 0.0, 0.0, 0.0])
-        chain = build_chain(body, hcm.Drive())[0]
-        q, _ = rigid_motion(body, chain, hcm.RigidStart(angles, (0.0,) * 3))
-        below = depth(q, chain, build_outline(body, surface.height))[0]
-        sunk = body_depth(state, radius, surface.height, rods)
-        assert max(sunk, 0.0) == pytest.approx(below, abs=1e-12)
-
-
 def test_quiet_flights_take_steps_by_the_error_wanted() -> None:
     soft = hcm.Finger((replace(SOFT, diameter=0.01, youngs_modulus=5e7),) * 3)
     scene = replace(SOFT_SCENE, finger=soft)
@@ -111,26 +72,6 @@ def test_quiet_flights_take_steps_by_the_error_wanted() -> None:
     assert steps(0.98 * least) == pytest.approx(FEW_STEPS)
     whirled = replace(scene, drive=hcm.Drive((1e-12, 0.0, 0.0)))
     assert steps(1e-2, whirled) == pytest.approx(FEW_STEPS, rel=1e-3)
-
-
-def test_the_rods_fall_as_a_rigid_flight_does() -> None:
-    fall = rods_fall(SOFT_SCENE)
-    rigid = replace(SOFT_SCENE, settings=replace(NO_ESTIMATE, flight="rigid"))
-    result = hcm.simulate_scene(rigid)
-    assert fall is not None
-    assert fall.time == pytest.approx(result.summary.contact_time_s, rel=1e-6)
-    assert -fall.speed == pytest.approx(result.summary.tip_velocity_at_contact_m_per_s[1], rel=1e-5)
-    assert fall.ringing < fall.bending <= fall.largest
-    # where the steps are those that it fell by, a run takes it as its own
-    alike = replace(rigid.settings, flight_step=1.0, flight_tolerance=RODS_TOLERANCE)
-    marked = replace(fall, flight=fall.flight._replace(repeats=fall.flight.repeats + 77))
-    taken, own = (
-        solve_once(replace(rigid, settings=alike), fall=known)[0] for known in (marked, None)
-    )
-    assert taken.summary == own.summary
-    assert taken.statistics.rejected_steps == own.statistics.rejected_steps + 77
-    other, _ = solve_once(rigid, fall=fall)
-    assert (other.summary, other.statistics.steps) == (result.summary, result.statistics.steps)
 
 
 @pytest.mark.parametrize("accuracy", [0.1, 1e-2, 1e-3])
@@ -222,38 +163,6 @@ def test_a_sudden_torques_vibration_is_not_left_to_a_rigid_flight() -> None:
     assert settings_for(1e-3, scene).followed
     exact = numbers(hcm.simulate_scene(settings_for(1e-4, scene).scene))
     assert np.abs(numbers(simulate_within(1e-3, scene)) / exact - 1.0).max() < 1e-3
-
-
-def test_what_rods_leave_out_is_in_the_time_of_their_touch() -> None:
-    """After a jump of the torques the beams touch 0.5 us later, and 0.06 us were stated."""
-    rows = ((0.0597, 0.01646, 4.75e9, 2661.0), (0.0569, 0.0152, 1.93e9, 3471.0),
-            (0.0346, 0.01253, 3.75e9, 1651.0), (0.027, 0.00603, 1.58e10, 1001.0))  # fmt: skip
-    still = (0.0,) * 4
-    jump = hcm.TorqueTable(
-        (0.0, 0.0138, 0.0138), (still, still, (4.36e-3, -1.8e-3, 2.4e-4, 3.5e-4))
-    )
-    scene = hcm.Scene(
-        hcm.Finger(tuple(hcm.Phalanx(*row, 20) for row in rows)), hcm.Surface(0.1618, 0.813),
-        hcm.Tip(8.126e6, 0.511, 0.75), hcm.Drive(table=jump),
-    )  # fmt: skip
-    true = simulate_within(1e-4, scene).summary.contact_time_s  # known to 14 ns
-    fixed = replace(scene, settings=hcm.Settings(flight="rigid", flight_tolerance=1e-9))
-    assert true is not None
-    for run in (simulate_within(1e-3, scene), hcm.simulate_scene(fixed)):
-        found, stated = run.summary.contact_time_s, run.errors["contact_time_s"]
-        assert isinstance(stated, float)
-        assert found is not None
-        assert 1e-7 < abs(found - true) < stated < 1e-5
-
-
-def test_a_short_flight_leaves_out_no_more_than_its_time_holds() -> None:
-    """A start 10 um above the surface at 10 rad/s: 2.4 % of its time of contact were stated."""
-    rod = hcm.Phalanx(0.04, 0.015, 1e9, 1400.0)
-    speed_share = 0.1
-    finger_of_one = hcm.Finger((rod,))
-    longest = 2.0 * speed_share / slowest_frequency(finger_of_one)
-    assert omitted_time(speed_share, finger_of_one, 1e-5) == speed_share * 1e-5
-    assert omitted_time(speed_share, finger_of_one, 1.0) == pytest.approx(longest, rel=1e-15)
 
 
 def test_the_stress_of_what_rods_leave_out_is_stated() -> None:

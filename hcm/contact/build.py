@@ -37,7 +37,10 @@ A neo-Hookean tip (material.law) stiffens where St. Venant-Kirchhoff's softens. 
 E R c_nn of a tip that deforms has -0.22 - 0.2 (nu - 0.4) besides, does not grow with the patch
 (-0.175 within 0.007 for a/R 0.09 to 0.41 at nu = 0.4, alpha = 0; -0.19 and -0.145 within 0.015 at
 0.3 and 0.48), and E R e = 0 (-0.03 at a/R = 0.2, 0.06 at 0.28; 45 degrees). c_nt gets back 0.10 and
-0.2 of what a patch of a/R = 0.2 and 0.28 takes.
+0.2 of what a patch of a/R = 0.2 and 0.28 takes, 0.06 and 0.1 less than with the other law: it has
+-0.1 cos(alpha) besides, and c_tt -0.45 cos(alpha), as a tip that sticks gives way by so much less
+along the surface (0.4, 0.36 and 0.56 at 30, 45 and 60 degrees, nu = 0.4, 0.43 at 30 and 0.49, in
+the mean of a/R 0.2 to 0.3; 0.1 each).
 
 For a tip that radiates, by a least-squares fit of c F - D F. to pulses F ~ sin^(3/2) on the same
 free phalanx that rise in 5 to 11 R/c, c = sqrt(E/rho) (0.07 and 0.02 about the means of 20 to 60
@@ -76,18 +79,21 @@ class FiniteStrain(NamedTuple):
     """What a law's finite strain adds to a tip that deforms (above).
 
     compliance, by_poisson : E R c_nn at a/R = GROWN, alpha = 90 degrees and nu = 0.4, and its slope
-    over nu. growth : its slope over a/R. softening : E R e.
+    over nu. growth : its slope over a/R. softening : E R e. across, along : its shares
+    of E R c_nt and E R c_tt, over cos(alpha).
     """
 
     compliance: float
     by_poisson: float
     growth: float
     softening: float
+    across: float
+    along: float
 
 
 FINITE_STRAIN: dict[MaterialLaw, FiniteStrain] = {
-    SAINT_VENANT: FiniteStrain(0.015, 0.15, growth=0.28, softening=0.25),
-    NEO_HOOKE: FiniteStrain(-0.205, -0.05, growth=0.0, softening=0.0),
+    SAINT_VENANT: FiniteStrain(0.015, 0.15, growth=0.28, softening=0.25, across=-0.28, along=0.0),
+    NEO_HOOKE: FiniteStrain(-0.205, -0.05, growth=0.0, softening=0.0, across=-0.38, along=-0.45),
 }
 # E c D of a tip that radiates, and what is subtracted from E R c_nn.
 RADIATION, RADIATED = 0.22, 0.06
@@ -257,7 +263,8 @@ def _compliance(last: Phalanx, tip: Tip, assumptions: Assumptions) -> Floats:
     given = (tip.compliance_nn, tip.compliance_nt, tip.compliance_tt)
     numbers = [form if own is None else own for own, form in zip(given, closed, strict=True)]
     finite = FINITE_STRAIN[last.material_law]
-    deforming = (finite.compliance + finite.by_poisson * over, 0.0, 0.0, 0.22, -0.28)
+    normal = finite.compliance + finite.by_poisson * over
+    deforming = (normal, 0.0, finite.along, 0.22, finite.across)
     sizes = np.array([*numbers, 0.0, 0.0])
     if assumptions.has("deforming_tip"):
         sizes += deforming

@@ -463,8 +463,10 @@ def test_every_field_of_the_law_is_of_the_scene() -> None:
     assert found.softening * E * R == pytest.approx(0.25)
 
 
-def test_a_neo_hookean_tip_differs_in_three_numbers() -> None:
-    """c_nn by -0.22 - 0.2 (nu - 0.4) at a/R = 0.28, no growth, no softening by friction."""
+def test_a_neo_hookean_tip_differs_in_five_numbers() -> None:
+    """c_nn by -0.22 - 0.2 (nu - 0.4) at a/R = 0.28, c_nt and c_tt by -0.1 and -0.45 cos(alpha), no
+    growth, no softening by friction.
+    """
     rod = hcm.Phalanx(0.04, 2 * R, E, 1400.0, 4, poisson_ratio=0.48)
     soft, hard = (
         law_of(
@@ -476,7 +478,7 @@ def test_a_neo_hookean_tip_differs_in_three_numbers() -> None:
     assert isinstance(soft, RoundTipLaw)
     assert isinstance(hard, RoundTipLaw)
     added = (hard.compliance - soft.compliance) * E * R
-    assert added == pytest.approx([0.28**2 - 0.236, 0.0, 0.0, 0.0, 0.0])
+    assert added == pytest.approx([0.28**2 - 0.236, 0.0, -0.45, 0.0, -0.1])
     alike = hard._replace(compliance=soft.compliance, growth=soft.growth, softening=soft.softening)
     assert (hard.growth, hard.softening) == (0.0, 0.0)
     assert all(np.array_equal(ours, theirs) for ours, theirs in zip(alike, soft, strict=True))

@@ -115,6 +115,27 @@ class SlidingBall:
             u, depth = self._settled(u, depth, share * self.force, friction, law)
         return depth
 
+    def stuck(self, law: MaterialLaw | None, shares: Numbers) -> Numbers:
+        """du/dF along the plane, which has pressed the body by shares of `force` without friction
+        and sticks to it as it moves on; the force stays.
+        """
+        u, depth = (
+            np.zeros(self.size),
+            (0.75 * (1 - self.nu**2) * shares[0] * self.force) ** (2 / 3),
+        )
+        shapes, free, ways, found = self.area.shapes, self.free, (self.inward, self.along), []
+        for share in shares:
+            u, depth = self._settled(u, depth, share * self.force, 0.0, law)
+            gap = depth - self.area.heights - shapes @ (self.inward @ u)
+            springs = sp.csr_matrix((shapes.T * (PENALTY * self.area.weights * (gap > 0))) @ shapes)
+            matrix = self.internal(u, law)[1] + sum(way.T @ springs @ way for way in ways)
+            whole = springs @ np.ones(springs.shape[1])
+            sides = np.stack([way.T @ whole for way in ways], axis=1)[free]
+            moved = factorized(matrix[free][:, free]).solve(sides)
+            compliance = np.linalg.inv(2 * (whole.sum() * np.eye(2) - sides.T @ moved))
+            found.append(compliance[1, 1])
+        return np.array(found)
+
     def _settled(
         self, u: Numbers, depth: float, force: float, friction: float, law: MaterialLaw | None
     ) -> tuple[Numbers, float]:
@@ -130,13 +151,9 @@ class SlidingBall:
                 return u, depth
             springs = (shapes.T * (PENALTY * area * (gap > 0))) @ shapes
             whole = tangent + pulls @ sp.csr_matrix(springs) @ self.inward
-            matrix = whole[free][:, free].tocsc()
+            matrix = whole[free][:, free]
             sides = np.stack([-out[free], (pulls @ springs.sum(axis=1))[free]], axis=1)
-            options = {"SymmetricMode": True}
-            factors = sl.splu(
-                matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
-            )
-            moved = factors.solve(sides)
+            moved = factorized(matrix).solve(sides)
             felt = 2 * (self.inward.T @ springs.sum(axis=0))[free]
             deeper = (felt @ moved[:, 0] - missing) / (2 * springs.sum() - felt @ moved[:, 1])
             u[free] += moved[:, 0] + deeper * moved[:, 1]
@@ -164,3 +181,11 @@ class SlidingBall:
             if np.abs(q - before).max() < 1e-12:
                 break
         return float(self.frame[0] @ (q - rest)[tip : tip + 2])
+
+
+def factorized(matrix: Any) -> Any:
+    """The sparse factors of a matrix of symmetric structure."""
+    return sl.splu(
+        matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )  # fmt: skip

@@ -3,8 +3,12 @@
 Statics of a tip that slides.
 """
 
+import math
+
+import numpy as np
 import pytest
 
+from hcm.contact.build import FINITE_STRAIN
 from hcm.parameters import NEO_HOOKE, SAINT_VENANT
 from tests.validation.identify.sliding_ball import SlidingBall
 
@@ -30,3 +34,16 @@ def test_finite_strain_gives_c_nt_back_what_a_patch_takes() -> None:
     assert odd[NEO_HOOKE] - odd[None] == pytest.approx(0.205, abs=0.05)
     assert (even[NEO_HOOKE] - still[NEO_HOOKE]) / 0.5**2 == pytest.approx(0.06, abs=0.1)
     assert still[NEO_HOOKE] - still[SAINT_VENANT] == pytest.approx(-0.28, abs=0.05)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", [30.0, 60.0])
+def test_a_neo_hookean_tip_that_sticks_gives_way_by_less(degrees: float) -> None:
+    """c_tt of both laws, nu = 0.4, in the mean of a/R 0.2 to 0.3: as facets come into contact one
+    by one, each is off by up to 0.3, the mean by 0.1, and angles differ by 0.1.
+    """
+    ball = SlidingBall(0.4, degrees, 0.3)
+    shares = np.linspace(0.4, 1.0, 7)
+    softer = np.mean(ball.stuck(SAINT_VENANT, shares) - ball.stuck(NEO_HOOKE, shares))
+    along = FINITE_STRAIN[SAINT_VENANT].along - FINITE_STRAIN[NEO_HOOKE].along
+    assert softer / math.sin(math.radians(degrees)) == pytest.approx(along, abs=0.2)

@@ -13,7 +13,7 @@ from hcm.assumptions import PAPER, Assumptions
 from hcm.beam.division import divided, flight_elements
 from hcm.beam.outline import depth
 from hcm.bounds import ParameterError, check_kind
-from hcm.contact.build import beyond_checks, relaxation_cautions
+from hcm.contact.build import beyond_checks, relaxation_cautions, sticking_cautions
 from hcm.estimates.estimate import estimate_errors
 from hcm.estimates.other_ends import with_other_ends
 from hcm.estimates.resolution import judge_steps
@@ -216,15 +216,23 @@ def _refinement_cautions(
     """Cautions of the refined assumptions for a tap; slope : r' of the tip as it touches, (2,)."""
     cautions: tuple[str, ...] = ()
     if summary.peak_normal_force_N is not None:
-        pressed = int((history.normal_force_N * (history.time_s <= tap[1])).argmax())
-        cautions = beyond_checks(
+        last, normal, tangential = (
             scene.finger.phalanges[-1],
+            history.normal_force_N * (history.time_s <= tap[1]),
+            history.tangential_force_N,
+        )
+        pressed, pulled = int(normal.argmax()), int((abs(tangential) * (normal > 0.0)).argmax())
+        cautions = beyond_checks(
+            last,
             scene.tip,
             scene.assumptions,
             angle=math.atan2(-slope[1], abs(slope[0])),
             peak=summary.peak_normal_force_N,
             stress=summary.peak_stress_R_Pa or 0.0,
-            pull=-math.copysign(1.0, slope[0]) * float(history.tangential_force_N[pressed]),
+            pull=-math.copysign(1.0, slope[0]) * float(tangential[pressed]),
+        )
+        cautions += sticking_cautions(
+            last, scene.surface, scene.assumptions, float(normal[pulled]), float(tangential[pulled])
         )
     if scene.assumptions.has("hertz"):
         cautions += slow_end(history.time_s, history.normal_force_N, tap)

@@ -100,6 +100,10 @@ RADIATION, RADIATED = 0.22, 0.06
 # Friction towards the hinge, over F_n, beyond which a tap has a caution.
 # c_nt holds for friction away from the hinge, where the patch's and finite strain's effects cancel.
 PULLED = 0.1
+# F_t over its limit below which a tip sticks, and the share of a/R by which peaks of F_t of
+# neo-Hookean tips that stick are low at most (0 to 0.37 seen on nine fingers, a/R 0.07 to 0.4, up
+# to 9 %; with St. Venant-Kirchhoff's law within 3 %), said from the tolerance of the study on.
+STUCK, LOW_TANGENTIAL, SAID = 0.9, 0.4, 0.02
 # Relaxation time over a tap's duration: up to which damped taps were compared with solids, and from
 # which a contact that it does not damp has a caution (the soft finger's peak is then 2 % off).
 RELAXED, UNDAMPED = 0.2, 0.005
@@ -181,9 +185,7 @@ def beyond_checks(
             " which the tip's compliance is not known"
         )
     if assumptions.has("lowest_point"):
-        radius = last.diameter / 2
-        depth = (3 * peak * (1 - nu**2) / (4 * last.youngs_modulus * math.sqrt(radius))) ** (2 / 3)
-        patch, strain = math.sqrt(depth / radius), abs(stress) / last.youngs_modulus
+        patch, strain = patch_size(last, peak), abs(stress) / last.youngs_modulus
         if strain > LARGEST_STRAIN or last.length < SHORTEST * last.diameter:
             found.append(
                 f"the stress at R is a beam's and may be more than 5 % off the reference's: strain"
@@ -192,6 +194,27 @@ def beyond_checks(
             )
         found += patch_cautions(patch, angle)
     return tuple(found)
+
+
+def patch_size(last: Phalanx, force: float) -> float:
+    """Hertz's a/R at a normal force, N."""
+    plane_strain_modulus = last.youngs_modulus / (1 - (last.poisson_ratio or 0.0) ** 2)
+    return float(np.cbrt(0.75 * force / plane_strain_modulus / (last.diameter / 2) ** 2))
+
+
+def sticking_cautions(
+    last: Phalanx, surface: Surface, assumptions: Assumptions, normal: float, tangential: float
+) -> tuple[str, ...]:
+    """Caution about a neo-Hookean tip's peak of F_t. normal, tangential : forces at the peak, N."""
+    low = LOW_TANGENTIAL * patch_size(last, normal)
+    sticks = abs(tangential) < STUCK * surface.friction * normal
+    softens = last.material_law != NEO_HOOKE or not assumptions.has("deforming_tip")
+    if softens or not sticks or low < SAID:
+        return ()
+    return (
+        f"the peak of F_t may be up to {100 * low:.0f} % low: a neo-Hookean tip that sticks is"
+        " stiffer along the surface than its statics account for",
+    )
 
 
 def patch_cautions(patch: float, angle: float) -> tuple[str, ...]:

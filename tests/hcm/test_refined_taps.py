@@ -10,8 +10,9 @@ import pytest
 
 import hcm
 from hcm.assumptions import Assumptions
-from hcm.contact.build import beyond_checks
+from hcm.contact.build import beyond_checks, sticking_cautions
 from hcm.contact.law import SLIP
+from hcm.parameters import MaterialLaw
 from hcm.taps.tap import rising_stress, slow_end
 from tests.hcm.cases import order_of
 
@@ -294,6 +295,24 @@ def test_what_was_not_checked_is_said() -> None:
     assert "reaches 0.42 of the tip's" in large
     (pulled,) = beyond_checks(SOFT, hcm.Tip(1e6), Assumptions("refined"), 0.7, 100.0, 1e6, 30.0)
     assert "towards its hinge (0.3 of the normal force)" in pulled
+
+
+@pytest.mark.parametrize(
+    ("law", "normal", "tangential", "said"),
+    [
+        ("neo-hooke", 100.0, -40.0, True),
+        ("neo-hooke", 100.0, -49.0, False),  # slides
+        ("neo-hooke", 1.0, -0.4, False),  # a patch of 0.02 R
+        ("saint-venant-kirchhoff", 100.0, -40.0, False),
+    ],
+)
+def test_a_low_peak_of_f_t_is_said(
+    law: MaterialLaw, normal: float, tangential: float, said: bool
+) -> None:
+    """a/R = (0.75 F_n/(E* R^2))^(1/3) = 0.10 at 100 N."""
+    rod, refined = replace(SOFT, material_law=law), Assumptions("refined")
+    found = sticking_cautions(rod, hcm.Surface(0.1, 0.5), refined, normal, tangential)
+    assert [text[:36] for text in found] == ["the peak of F_t may be up to 4 % low"] * said
 
 
 @pytest.mark.parametrize(

@@ -79,8 +79,8 @@ class FiniteStrain(NamedTuple):
     """What a law's finite strain adds to a tip that deforms (above).
 
     compliance, by_poisson : E R c_nn at a/R = GROWN, alpha = 90 degrees and nu = 0.4, and its slope
-    over nu. growth : its slope over a/R. softening : E R e. across, along : its shares
-    of E R c_nt and E R c_tt, over cos(alpha).
+    over nu. growth : its slope over a/R. softening : E R e. across, along : E R c_nt and
+    E R c_tt over cos(alpha), with the parts' lag.
     """
 
     compliance: float

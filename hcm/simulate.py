@@ -216,11 +216,8 @@ def _refinement_cautions(
     """Cautions of the refined assumptions for a tap; slope : r' of the tip as it touches, (2,)."""
     cautions: tuple[str, ...] = ()
     if summary.peak_normal_force_N is not None:
-        last, normal, tangential = (
-            scene.finger.phalanges[-1],
-            history.normal_force_N * (history.time_s <= tap[1]),
-            history.tangential_force_N,
-        )
+        last, tangential = scene.finger.phalanges[-1], history.tangential_force_N
+        normal = history.normal_force_N * (history.time_s <= tap[1])
         pressed, pulled = int(normal.argmax()), int((abs(tangential) * (normal > 0.0)).argmax())
         cautions = beyond_checks(
             last,

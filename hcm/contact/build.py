@@ -119,7 +119,7 @@ def law_of(finger: Finger, surface: Surface, tip: Tip, assumptions: Assumptions)
         return lumped
     last = finger.phalanges[-1]
     radius, nu = last.diameter / 2, last.poisson_ratio or 0.0
-    plane_strain_modulus = last.youngs_modulus / (1 - nu**2)
+    plane_strain_modulus = _plane_strain_modulus(last)
     effective_shear_modulus = 2 * last.youngs_modulus / ((1 + nu) * (2 - nu))
     hertz, partial = assumptions.has("hertz"), assumptions.has("partial_slip")
     edges = radius * np.linspace(0.0, 1.0, (SPRINGS if partial else 0) + 1) ** 2
@@ -198,18 +198,17 @@ def beyond_checks(
 
 def patch_size(last: Phalanx, force: float) -> float:
     """Hertz's a/R at a normal force, N."""
-    plane_strain_modulus = last.youngs_modulus / (1 - (last.poisson_ratio or 0.0) ** 2)
-    return float(np.cbrt(0.75 * force / plane_strain_modulus / (last.diameter / 2) ** 2))
+    return float(np.cbrt(0.75 * force / _plane_strain_modulus(last) / (last.diameter / 2) ** 2))
 
 
 def sticking_cautions(
     last: Phalanx, surface: Surface, assumptions: Assumptions, normal: float, tangential: float
 ) -> tuple[str, ...]:
     """Caution about a neo-Hookean tip's peak of F_t. normal, tangential : forces at the peak, N."""
-    low = LOW_TANGENTIAL * patch_size(last, normal)
+    stiffens = last.material_law == NEO_HOOKE and assumptions.has("deforming_tip")
     sticks = abs(tangential) < STUCK * surface.friction * normal
-    softens = last.material_law != NEO_HOOKE or not assumptions.has("deforming_tip")
-    if softens or not sticks or low < SAID:
+    low = LOW_TANGENTIAL * patch_size(last, normal)
+    if not (stiffens and sticks and low >= SAID):
         return ()
     return (
         f"the peak of F_t may be up to {100 * low:.0f} % low: a neo-Hookean tip that sticks is"
@@ -251,6 +250,11 @@ def relaxation_cautions(
         " solid's falls: use assumptions = 'refined'"
     )
     return (undamped,) if share > UNDAMPED else ()
+
+
+def _plane_strain_modulus(last: Phalanx) -> float:
+    """E*, Pa."""
+    return last.youngs_modulus / (1 - (last.poisson_ratio or 0.0) ** 2)
 
 
 def _growth(last: Phalanx, assumptions: Assumptions) -> float:

@@ -163,3 +163,11 @@ def assembled(blocks: Numbers, places: Any, n: int) -> Any:
     width = places.shape[1]
     rows, columns = np.repeat(places, width, axis=1), np.tile(places, (1, width))
     return sp.coo_matrix((blocks.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n)).tocsr()
+
+
+def factorized(matrix: Any) -> Any:
+    """The sparse factors of a matrix of symmetric structure."""
+    return sl.splu(
+        matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )  # fmt: skip

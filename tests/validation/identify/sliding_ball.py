@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-import scipy.sparse.linalg as sl
 from numpy.typing import NDArray
 
 import hcm
@@ -23,7 +22,7 @@ from reference_fem.elements.geometry import geometries
 from reference_fem.settings import Material
 from reference_fem.statics.indentation import contact_area
 from reference_fem.statics.tip import last_phalanx, tip_compliance, touch_frame
-from tests.validation.identify.half_ball import assembled, neo_hooke
+from tests.validation.identify.half_ball import assembled, factorized, neo_hooke
 
 Numbers = NDArray[np.float64]
 LENGTH, PENALTY, EDGES = 2.5, 1500.0, 5  # edges: over the patch
@@ -108,9 +107,14 @@ class SlidingBall:
         np.add.at(out, self.places, own)
         return out, assembled(blocks, self.places, self.size)
 
+    @property
+    def hertz(self) -> float:
+        """Hertz's indentation at `force`."""
+        return (0.75 * (1 - self.nu**2) * self.force) ** (2 / 3)
+
     def approach(self, friction: float, law: MaterialLaw | None) -> float:
         """Of the plane at the whole body's `force`; friction > 0 slides towards the hinge."""
-        u, depth = np.zeros(self.size), (0.75 * (1 - self.nu**2) * self.force) ** (2 / 3)
+        u, depth = np.zeros(self.size), self.hertz
         for share in (FIRST, *LATER):
             u, depth = self._settled(u, depth, share * self.force, friction, law)
         return depth
@@ -119,15 +123,11 @@ class SlidingBall:
         """du/dF along the plane, which has pressed the body by shares of `force` without friction
         and sticks to it as it moves on; the force stays.
         """
-        u, depth = (
-            np.zeros(self.size),
-            (0.75 * (1 - self.nu**2) * shares[0] * self.force) ** (2 / 3),
-        )
-        shapes, free, ways, found = self.area.shapes, self.free, (self.inward, self.along), []
+        u, depth, free = np.zeros(self.size), self.hertz, self.free
+        ways, found = (self.inward, self.along), []
         for share in shares:
             u, depth = self._settled(u, depth, share * self.force, 0.0, law)
-            gap = depth - self.area.heights - shapes @ (self.inward @ u)
-            springs = sp.csr_matrix((shapes.T * (PENALTY * self.area.weights * (gap > 0))) @ shapes)
+            springs = sp.csr_matrix(self._springs(self._gap(u, depth)))
             matrix = self.internal(u, law)[1] + sum(way.T @ springs @ way for way in ways)
             whole = springs @ np.ones(springs.shape[1])
             sides = np.stack([way.T @ whole for way in ways], axis=1)[free]
@@ -136,12 +136,21 @@ class SlidingBall:
             found.append(compliance[1, 1])
         return np.array(found)
 
+    def _gap(self, u: Numbers, depth: float) -> Numbers:
+        """How far each point of the area is pressed into the plane's springs."""
+        return np.asarray(depth - self.area.heights - self.area.shapes @ (self.inward @ u))
+
+    def _springs(self, gap: Numbers) -> Numbers:
+        """The plane's springs that are pressed, between the nodes of the area."""
+        shapes = self.area.shapes
+        return (shapes.T * (PENALTY * self.area.weights * (gap > 0))) @ shapes
+
     def _settled(
         self, u: Numbers, depth: float, force: float, friction: float, law: MaterialLaw | None
     ) -> tuple[Numbers, float]:
         shapes, area, free = self.area.shapes, self.area.weights, self.free
         for step in range(STEPS):
-            gap = depth - self.area.heights - shapes @ (self.inward @ u)
+            gap = self._gap(u, depth)
             assert not (self.area.outermost & (gap > 0)).any()
             push = shapes.T @ (PENALTY * area * np.maximum(gap, 0.0))
             out, tangent = self.internal(u, law)
@@ -149,11 +158,10 @@ class SlidingBall:
             out, missing = out - pulls @ push, 2 * push.sum() - force
             if step and np.abs(out[free]).max() + abs(missing) < 1e-7 * force:
                 return u, depth
-            springs = (shapes.T * (PENALTY * area * (gap > 0))) @ shapes
+            springs = self._springs(gap)
             whole = tangent + pulls @ sp.csr_matrix(springs) @ self.inward
-            matrix = whole[free][:, free]
             sides = np.stack([-out[free], (pulls @ springs.sum(axis=1))[free]], axis=1)
-            moved = factorized(matrix).solve(sides)
+            moved = factorized(whole[free][:, free]).solve(sides)
             felt = 2 * (self.inward.T @ springs.sum(axis=0))[free]
             deeper = (felt @ moved[:, 0] - missing) / (2 * springs.sum() - felt @ moved[:, 1])
             u[free] += moved[:, 0] + deeper * moved[:, 1]
@@ -162,10 +170,9 @@ class SlidingBall:
 
     def compliance(self, friction: float, law: MaterialLaw | None) -> float:
         """c of u = c F between the plane and C, Hertz's indentation and the beam's way off."""
-        hertz = (0.75 * (1 - self.nu**2) * self.force) ** (2 / 3)
         load = 1.0 if law else 1e-4  # of a beam that bends as linearly as the solid
         beam = self._beam(load * self.force, -friction * load * self.force) / load
-        return (self.approach(friction, law) - hertz - beam) / self.force
+        return (self.approach(friction, law) - self.hertz - beam) / self.force
 
     def _beam(self, push: float, pull: float) -> float:
         """Way of the refined beam's C into the body, held where the solid is."""
@@ -181,11 +188,3 @@ class SlidingBall:
             if np.abs(q - before).max() < 1e-12:
                 break
         return float(self.frame[0] @ (q - rest)[tip : tip + 2])
-
-
-def factorized(matrix: Any) -> Any:
-    """The sparse factors of a matrix of symmetric structure."""
-    return sl.splu(
-        matrix.tocsc(), permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )  # fmt: skip

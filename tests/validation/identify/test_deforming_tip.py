@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 import scipy.optimize as so
 import scipy.sparse as sp
-import scipy.sparse.linalg as sl
 from numpy.typing import NDArray
 
 import meshes
@@ -23,7 +22,7 @@ from reference_fem.elements.geometry import geometries
 from reference_fem.settings import Material
 from reference_fem.statics.tip import _stiffness, last_phalanx, touch_frame
 from reference_fem.statics.yielding import facet_quadrature, half_space
-from tests.validation.identify.half_ball import NU, ROD, HalfBall
+from tests.validation.identify.half_ball import NU, ROD, HalfBall, factorized
 
 Numbers = NDArray[np.float64]
 LENGTH, PATCH, STEPS = 8.0, 0.25, 30
@@ -110,11 +109,7 @@ def left_over(degrees: float, dt: float, pulse: Numbers, length: float = LENGTH)
     """(N, probe, load) displacements of the solid less those of the beam and the half-space."""
     stiffness, mass, loads, directions = solid(degrees, length)
     own, inertia, pushes = beam(directions, length)
-    options = {"SymmetricMode": True}
-    factors = sl.splu(
-        (sp.diags(mass) + 0.25 * dt**2 * stiffness).tocsc(),
-        permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options,
-    )  # fmt: skip
+    factors = factorized(sp.diags(mass) + 0.25 * dt**2 * stiffness)
     inverse = np.linalg.inv(inertia + 0.25 * dt**2 * own)
     flat = half_space(Material(1.0, NU, 1.0), PATCH)
     found = np.empty((len(pulse), 2, 2))
